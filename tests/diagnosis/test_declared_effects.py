@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import jaxink
-from jaxink.diagnosis.search.setup import SearchProblem
+from jaxink.diagnosis.search.problem import SearchProblem
 from jaxink.effects import CATALOGUE, Scene
 from jaxink.measurement import FitNoise, GonioData
 from jaxink.numerics.precision import computing
@@ -22,8 +22,8 @@ relative = 0.1
 
 
 @pytest.fixture(scope="module")
-def setup():
-    """A measurement simulated with the declared effects, and what all stages of its diagnosis share."""
+def problem():
+    """A measurement simulated with the declared effects, and the problem that it poses."""
     sample = parse_sample(DECLARED)
     signed = np.linspace(-70, 70, 15)
     columns = (
@@ -41,18 +41,18 @@ def setup():
     return SearchProblem(sample, data, noise, CONFIG, scene, CATALOGUE, options.screen)
 
 
-def test_declared_effects_are_not_looked_for(setup):
-    listed = setup.listed(())
+def test_declared_effects_are_not_looked_for(problem):
+    listed = problem.listed(())
     names = {form.name for form in listed.forms} | set(listed.not_testable)
     assert not {"stray_light", "gain"} & names
     assert {"signal_floor", "blur"} <= names
 
 
-def test_declared_effects_are_in_the_model_and_their_parameters_are_free(setup):
+def test_declared_effects_are_in_the_model_and_their_parameters_are_free(problem):
     with computing():
-        bench = setup.bench((), len(setup.sample.parameters.free))
-        predicted = bench.predict(bench.start)
-    np.testing.assert_allclose(predicted, setup.data.bsdf_per_sr, rtol=1e-12)
-    assert "stray_light.level_per_sr" in bench.base_free
+        objective = problem.objective((), len(problem.sample.parameters.free))
+        predicted = objective.predict(objective.start)
+    np.testing.assert_allclose(predicted, problem.data.bsdf_per_sr, rtol=1e-12)
+    assert "stray_light.level_per_sr" in objective.base_free
     # The range is that of the file, not that of a search.
-    assert bench.terms["stray_light.level_per_sr"].maximum == 0.02
+    assert objective.terms["stray_light.level_per_sr"].maximum == 0.02

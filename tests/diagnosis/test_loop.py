@@ -19,11 +19,11 @@ from jaxink.diagnosis import (
     transfer,
 )
 from jaxink.diagnosis.search.candidate_objective import CandidateObjective, Solution
-from jaxink.diagnosis.search.candidate_refits import continued_refit
+from jaxink.diagnosis.search.candidate_refits import polished
 from jaxink.diagnosis.search.direction import Direction
+from jaxink.diagnosis.search.model import FittedModel
+from jaxink.diagnosis.search.problem import SearchProblem
 from jaxink.diagnosis.search.refit import Refit
-from jaxink.diagnosis.search.setup import SearchProblem
-from jaxink.diagnosis.search.stage import Stage
 from jaxink.effects import Case, ReadingEffect, Scene
 from jaxink.effects.constants import PlateAbsorption
 from jaxink.effects.geometry import ThinPatches
@@ -129,16 +129,17 @@ def test_a_refit_is_continued_as_long_as_that_lowers_chi_square_noticeably(each,
         return Solution({}, (), 100.0 - each * len(asked), np.zeros(1), searched)
 
     declared = Solution({}, (), 120.0, np.zeros(1), searched)
-    stage = Mock(Stage, setup=Mock(SearchProblem, policy=SearchPolicy()), refits={}, solution=declared)
+    problem = Mock(SearchProblem, policy=SearchPolicy())
+    model = Mock(FittedModel, problem=problem, solution=declared)
     effect = StrayLight()
     begun = Refit(
         effect, dataclasses.replace(declared, chi_square=100.0), Mock(CandidateObjective, fit=fit), 20.0
     )
-    done = continued_refit(stage, begun)
+    done = polished(model, begun)
     assert asked == [10] * rounds
-    assert done is stage.refits[effect]
+    assert done.effect is effect
     assert done.delta_chi_square == pytest.approx(20 + rounds * each)
-    assert continued_refit(stage, done) is done
+    assert polished(model, done) is done
 
 
 def test_no_more_parameters_are_freed_than_allowed(pair):

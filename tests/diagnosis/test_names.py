@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import jaxink
-from jaxink.diagnosis import DiagnosisOptions, Points, SearchPolicy, Testability, VerdictCode, diagnose
+from jaxink.diagnosis import DiagnosisOptions, SearchPolicy, Testability, VerdictCode, diagnose
 from jaxink.diagnosis.findings.assembly import beside_mistakes, explains_all
 from jaxink.diagnosis.findings.summary import Figures
 from jaxink.diagnosis.findings.verdict import Verdict
@@ -16,10 +16,13 @@ from jaxink.diagnosis.search.candidate_objective import CandidateObjective, Solu
 from jaxink.diagnosis.search.checkpoint import Checkpoint
 from jaxink.diagnosis.search.cross_validation import CrossValidation
 from jaxink.diagnosis.search.deadline import Deadline
-from jaxink.diagnosis.search.loop import rival_minima, search_effects, single_cause
+from jaxink.diagnosis.search.loop import search_effects
+from jaxink.diagnosis.search.model import FittedModel, fit_model
+from jaxink.diagnosis.search.problem import problem_of
 from jaxink.diagnosis.search.refit import Refit
-from jaxink.diagnosis.search.stage import Stage
-from jaxink.diagnosis.search.step import Screening, Step
+from jaxink.diagnosis.search.revision import rival_minima, single_cause
+from jaxink.diagnosis.search.screen import Screen
+from jaxink.diagnosis.search.step import Step
 from jaxink.diagnosis.statistics.predictive_density import HeldOutGain
 from jaxink.effects.geometry import ThinPatches
 from jaxink.effects.instrument import AngleOffset, Gain, Nonlinearity, StrayLight
@@ -52,12 +55,12 @@ def test_a_weak_effect_in_a_residual_of_noise_needs_more_evidence():
 def test_a_weak_effect_is_named_only_where_the_verdict_calls_the_residual_ordered(
     p_value, names, monkeypatch
 ):
-    plain = loop._structure
+    plain = FittedModel.structure
 
-    def told(stage, points):
-        return dataclasses.replace(plain(stage, points), p_value=1.0 if stage.accepted else p_value)
+    def told(model):
+        return dataclasses.replace(plain(model), p_value=1.0 if model.accepted else p_value)
 
-    monkeypatch.setattr(loop, "_structure", told)
+    monkeypatch.setattr(FittedModel, "structure", told)
     measured = drawn((StrayLight(),), {"stray_light.level_per_sr": 9e-4}, 31)
     found = diagnose(measured, parse_sample(SAMPLE), options(StrayLight, AngleOffset))
     assert tuple(step.effect for step in found.steps) == names
@@ -73,16 +76,16 @@ def test_the_corrected_model_is_fitted_from_the_minima_of_the_declared_one():
         return Mock(spec=Solution, chi_square=chi_square, search=Mock(outcome=outcome), values=values)
 
     here = Mock(values={"radius": 150.0, "strength": 0.5}, free=("radius", "strength"))
-    setup = Mock(rivals=tuple({"radius": radius} for radius in ends), policy=SearchPolicy())
-    stage = Mock(spec=Stage, setup=setup, solution=here, bench=Mock(fit=fitted), accepted=())
-    found = rival_minima(stage)
+    problem = Mock(rivals=tuple({"radius": radius} for radius in ends), policy=SearchPolicy())
+    model = Mock(spec=FittedModel, problem=problem, solution=here, objective=Mock(fit=fitted), accepted=())
+    found = rival_minima(model)
     assert [one.chi_square for one in found] == [5.0, 7.0]
 
 
 def test_a_lower_minimum_is_taken_with_its_numbers_and_the_other_one_is_kept(monkeypatch):
     measured = drawn((AngleOffset(),), {"angle_offset.angle_deg": 0.6}, 32)
     plain = diagnose(measured, parse_sample(SAMPLE), options(AngleOffset))
-    monkeypatch.setattr(loop, "rival_minima", lambda stage: (stage.solution,))
+    monkeypatch.setattr(loop, "rival_minima", lambda model: (model.solution,))
     # Every minimum counts as lower, the same one, too.
     found = diagnose(
         measured, parse_sample(SAMPLE), options(AngleOffset, policy=SearchPolicy(lower_minimum=-1.0))
@@ -109,18 +112,18 @@ def test_several_effects_give_way_to_one_that_explains_as_much():
     how, sample = options(AngleOffset, StrayLight, ThinPatches), parse_sample(SAMPLE)
     fitted = jaxink.fit(measured, sample, FIT)
     with computing():
-        found = search_effects(fitted, sample, how, lambda *_: None, Deadline(None), Failures(), Checkpoint())
-        setup, points = found.setup, Points.of(fitted.data)
+        problem = problem_of(fitted, sample, how, lambda *_: None, Deadline(None), Failures(), Checkpoint())
+        found = search_effects(problem, fitted, how)
         forms = (AngleOffset(), StrayLight())
-        pair = Stage(setup, forms, found.first.solution.values)
+        pair = fit_model(problem, forms, found.first.solution.values)
         gain = HeldOutGain(np.array([1.0, 2.0]))
-        refit = Refit(forms[1], pair.solution, pair.bench, 1.0)
-        steps = [
+        refit = Refit(forms[1], pair.solution, pair.objective, 1.0)
+        steps = tuple(
             Step(form.name, form, (form.name,), 1.0, 1.0, gain, 0.1, 0.01, "", {}, {}, refit)
             for form in forms
-        ]
-        first = Stage(setup, (), fitted.values)
-        alone = single_cause(Screening.of(first), pair, steps, CrossValidation(setup, points), len(points))
+        )
+        first = fit_model(problem, (), fitted.values)
+        alone = single_cause(Screen.of(first), pair, steps, CrossValidation(problem))
         assert alone is not None
         assert alone.step.effect == "thin_patches"
         assert abs(alone.step.strength - 0.2) < 3 * alone.step.standard_error
@@ -132,8 +135,8 @@ def test_several_effects_give_way_to_one_that_explains_as_much():
 
 
 def test_a_nonlinearity_must_explain_more_than_another_effect():
-    found, bench = Solution({}, (), 100.0, np.zeros(1), Mock(Search)), Mock(CandidateObjective)
-    many, few = (Refit(effect, found, bench, 30.0) for effect in (Nonlinearity(1.0), StrayLight()))
+    found, objective = Solution({}, (), 100.0, np.zeros(1), Mock(Search)), Mock(CandidateObjective)
+    many, few = (Refit(effect, found, objective, 30.0) for effect in (Nonlinearity(1.0), StrayLight()))
     assert few.penalised(500) == pytest.approx(many.penalised(500) + Nonlinearity.handicap)
     # The data do not tell them apart all the same.
     assert few.is_like(many, 500, 4.0)

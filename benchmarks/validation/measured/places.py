@@ -15,7 +15,7 @@ import jaxink
 from benchmarks.validation.measured.diagnosis import SAMPLES, declared, save
 from benchmarks.validation.measured.diagnosis_page import REPORTS, write
 from jaxink.diagnosis import Points, locate, read_report
-from jaxink.diagnosis.search.setup import SearchProblem
+from jaxink.diagnosis.search.problem import SearchProblem
 from jaxink.effects import Scene
 from jaxink.files.encoding import plain
 from jaxink.fitting import prepare_data
@@ -35,7 +35,7 @@ def relocate(name: str) -> None:
     with computing():
         config = ForwardModel(sample, *directions, None, accuracy).config
         scene = Scene.of(*directions, data.row[data.used])
-        setup = SearchProblem(
+        problem = SearchProblem(
             sample,
             data,
             noise_of(data, sample.noise),
@@ -50,12 +50,12 @@ def relocate(name: str) -> None:
         for step in report["steps"]:
             values |= step["terms"]
             terms = set(step["terms"])
-            forms = (e for e in setup.listed(()).forms if e.name == step["effect"])
+            forms = (e for e in problem.listed(()).forms if e.name == step["effect"])
             accepted.append(next(e for e in forms if {t.name for t in e.terms} == terms))
         free = (*(p.name for p in sample.parameters.free), *(t.name for e in accepted for t in e.terms))
-        bench = setup.bench(tuple(accepted), len(free))
-        solution = bench.fit(values, free)
-        jacobian, residual = bench.jacobian(solution.values, free)
+        objective = problem.objective(tuple(accepted), len(free))
+        solution = objective.fit(values, free)
+        jacobian, residual = objective.jacobian(solution.values, free)
     np.testing.assert_allclose(solution.chi_square, report["after"]["chi_square"], rtol=1e-6)
     unit = solution.search.unit
     at_bound = (unit >= 1).astype(int) - (unit <= 0)

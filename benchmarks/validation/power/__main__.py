@@ -50,7 +50,7 @@ def main() -> None:
         if store.get("null", {"sets": 0})["sets"] < arguments.null:
             store["null"] = false_alarms(case, arguments.null)
             save()
-        for name, reason in case.stage.listed.not_testable.items():
+        for name, reason in case.model.listed.not_testable.items():
             effects.setdefault(name, {"reason": reason})
         for position, candidate in enumerate(case.candidates):
             name = candidate.name

@@ -8,8 +8,9 @@ import jaxink
 from benchmarks.validation.power.cases import ACCURACY, case_of
 from jaxink.diagnosis import Candidate, ScreenOptions, prepare_screen
 from jaxink.diagnosis.search.candidate_refits import limit_by_refits
-from jaxink.diagnosis.search.setup import SearchProblem
-from jaxink.diagnosis.search.stage import Stage
+from jaxink.diagnosis.search.model import fit_model
+from jaxink.diagnosis.search.problem import SearchProblem
+from jaxink.diagnosis.search.screen import Screen
 from jaxink.effects import CATALOGUE, Scene
 from jaxink.fitting import prepare_data
 from jaxink.measurement import noise_of
@@ -33,7 +34,7 @@ class Case:
         accuracy = ACCURACY.get(name, DEFAULT_ACCURACY)
         result = jaxink.fit(self.data, self.sample, jaxink.FitOptions(profile="none", accuracy=accuracy))
         noise = noise_of(self.data, self.sample.noise)
-        self.setup = SearchProblem(
+        self.problem = SearchProblem(
             self.sample,
             self.data,
             noise,
@@ -44,21 +45,21 @@ class Case:
             accuracy,
         )
         self.relative, self.floor = self.sample.noise.relative, self.sample.noise.floor_per_sr
-        self.stage = Stage(self.setup, (), result.values)
-        self.directions = self.stage.directions()
+        self.model = fit_model(self.problem, (), result.values)
+        self.directions = Screen.of(self.model).directions
         self.candidates = [
             Candidate(name, np.stack([d.column for d in found], axis=1), found[0].effect.sign)
             for name, found in self.directions.items()
         ]
         self.prepared = prepare_screen(
-            self.stage.jacobian, self.candidates, at_bound=self.stage.at_bound, options=ScreenOptions()
+            self.model.jacobian, self.candidates, at_bound=self.model.at_bound, options=ScreenOptions()
         )
-        self.screened = self.prepared.screen(self.stage.residual)
+        self.screened = self.prepared.screen(self.model.residual)
         self._limits: dict[str, float] = {}
 
     def drawn(self, predicted, rng):
         """Measured values for a true BSDF."""
-        of = self.stage.bench.objective
+        of = self.model.objective.objective
         common = of.scan_relative * rng.standard_normal(of.n_scans)[of.scan]
         independent = np.hypot(self.relative * predicted, self.floor) * rng.standard_normal(predicted.size)
         return predicted * (1 + common) + independent
@@ -72,25 +73,24 @@ class Case:
     def follows(self, name, predicted, factor) -> bool:
         """Whether fits follow an effect so far that the screen, made at their start, misjudges the rest."""
         direction, limit = self.limit(name)
-        fitted = self.stage.bench.fit_near(self.stage.linearised, measured=predicted)
+        fitted = self.model.objective.fit_near(self.model.linearised, measured=predicted)
         linear = (factor * limit * self.length(direction.column)) ** 2
         return abs(fitted.chi_square / linear - 1) > SERVED
 
     def own_screens(self, predicted, count, rng):
         """Screens of data sets drawn around a true BSDF, each made where the fit to it ended."""
         for _ in range(count):
-            setup = dataclasses.replace(self.setup, data=self.measured_as(self.drawn(predicted, rng)))
-            stage = Stage(setup, (), self.stage.solution.values)
-            yield stage.screened(stage.directions())
+            problem = dataclasses.replace(self.problem, data=self.measured_as(self.drawn(predicted, rng)))
+            yield Screen.of(fit_model(problem, (), self.model.solution.values)).result
 
     def residuals(self, predicted, count, rng):
         """Whitened residuals of refits to data sets drawn around a true BSDF."""
-        bench = self.stage.bench
-        found = []
+        objective, found = self.model.objective, []
         for _ in range(count):
-            bench.replace_measured(self.drawn(predicted, rng))
-            solution = bench.fit(self.stage.solution.values, self.stage.free)
-            found.append(bench.whiten(solution.predicted_per_sr, bench.measured - solution.predicted_per_sr))
+            objective.replace_measured(self.drawn(predicted, rng))
+            solution = objective.fit(self.model.solution.values, self.model.free)
+            left = objective.measured - solution.predicted_per_sr
+            found.append(objective.whiten(solution.predicted_per_sr, left))
         return np.array(found)
 
     def limit(self, name):
@@ -100,7 +100,7 @@ class Case:
         direction = self.directions[name][inner]
         if name not in self._limits:
             linear = float(row.detection_limits[inner])
-            self._limits[name] = limit_by_refits(self.stage, direction, linear, row.critical_z)
+            self._limits[name] = limit_by_refits(self.model, direction, linear, row.critical_z)
         return direction, self._limits[name]
 
     def at_strength(self, name, factor):
@@ -113,21 +113,21 @@ class Case:
         direction, limit = self.limit(name)
         effect = direction.effect
         term, here = effect.strength, direction.setting.get(effect.strength.name)
-        bench = self.stage.own_bench(effect) if effect.own_program else self.stage.bench
-        values = self.stage.solution.values | {t.name: t.value for t in effect.terms} | direction.setting
+        objective = self.model.objectives.of(effect)
+        values = self.model.solution.values | {t.name: t.value for t in effect.terms} | direction.setting
 
         def at(strength):
-            return bench.predict(values | {term.name: strength})
+            return objective.predict(values | {term.name: strength})
 
         if here is None or effect.scales:
             step = factor * limit * (1.0 if here is None else here - effect.neutral)
             return (at(effect.neutral + step) if step <= term.maximum - effect.neutral else None), direction
-        base = self.stage.solution.predicted_per_sr
+        base = self.model.solution.predicted_per_sr
         wanted = factor * limit * self.length(direction.column)
         end = max(effect.neutral, term.minimum)
 
         def left(predicted):
-            return self.length(self.stage.bench.whiten(base, predicted - base))
+            return self.length(self.model.objective.whiten(base, predicted - base))
 
         if left(at(end)) > wanted:
             return base + factor * limit * (at(here) - base), direction
@@ -143,11 +143,11 @@ class Case:
 
     def length(self, column) -> float:
         """Length of what the free parameters cannot imitate of a change."""
-        return float(np.linalg.norm(self.stage.projection.remove(column)))
+        return float(np.linalg.norm(self.model.projection.remove(column)))
 
     def screens(self, residuals):
         """The case's own screen of some residuals."""
         adjusted = self.prepared.p_values(residuals).adjusted
         for residual, p in zip(residuals, adjusted, strict=True):
-            if np.nanmin(p) <= self.setup.options.level:
+            if np.nanmin(p) <= self.problem.screen_options.level:
                 yield self.prepared.screen(residual)

@@ -28,7 +28,7 @@ def is_first(screened: ScreenResult, name: str) -> bool:
 
 def false_alarms(case: Case, count: int) -> dict[str, int]:
     """Number of data sets without an effect, and of those among them that have a candidate called."""
-    residuals = case.residuals(case.stage.solution.predicted_per_sr, count, np.random.default_rng(SEED))
+    residuals = case.residuals(case.model.solution.predicted_per_sr, count, np.random.default_rng(SEED))
     adjusted = case.prepared.p_values(residuals).adjusted
     return {"sets": count, "called": int(np.sum(np.nanmin(adjusted, axis=1) <= LEVEL))}
 
@@ -78,7 +78,7 @@ def verdict_on(case: Case, measured) -> list[str]:
 def null_loops(case: Case, count: int, store: dict, save) -> None:
     """The whole procedure on data sets without any effect."""
     rng = np.random.default_rng(SEED + 1)
-    base = case.stage.solution.predicted_per_sr
+    base = case.model.solution.predicted_per_sr
     sets = [case.drawn(base, rng) for _ in range(count)]
     codes = store.setdefault("loops", [])
     for measured in sets[len(codes) :]:

@@ -18,8 +18,8 @@ from jaxink.diagnosis.joint.joint_diagnosis import JointDiagnosis, JointStep
 from jaxink.diagnosis.policy import SearchPolicy
 from jaxink.diagnosis.procedure import diagnose
 from jaxink.diagnosis.search.deadline import Omission, OptionalTask, TimeLimit
+from jaxink.diagnosis.search.options import DiagnosisOptions
 from jaxink.diagnosis.search.refit import Estimate
-from jaxink.diagnosis.search.setup import DiagnosisOptions
 from jaxink.diagnosis.search.step import Step
 from jaxink.diagnosis.search.unfinished import FolderState, Unfinished
 from jaxink.diagnosis.statistics.candidate import (

@@ -57,7 +57,7 @@ class SearchPolicy:
         Effects with a program of their own are refitted if their predicted decrease in chi-square is at least
         this share of the best; the second applies if the fit is far off and nothing explains the data yet.
     most_own_programs
-        Largest number of those effects that are refitted at one stage.
+        Largest number of those effects that are refitted after one screen.
     polish_share, most_polished
         Refits that are continued: those with at least this share of the best decrease, and how many.
     polish_jacobians, polish_rounds, polish_gain
@@ -77,7 +77,7 @@ class SearchPolicy:
     most_foreseen
         Otherwise, number of leading effects that are combined with a second one, and of second ones for each.
     most_tried
-        Acceptance: number of classes of candidates tried at one stage.
+        Acceptance: number of classes of candidates tried after one screen.
     clear_errors
         Smallest distance of a strength from the declared model, in standard errors.
     class_delta_chi_square

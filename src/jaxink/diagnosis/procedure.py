@@ -14,7 +14,8 @@ from jaxink.diagnosis.joint.search import diagnose_project
 from jaxink.diagnosis.search.checkpoint import Checkpoint
 from jaxink.diagnosis.search.deadline import Deadline, OptionalTask
 from jaxink.diagnosis.search.loop import search_effects
-from jaxink.diagnosis.search.setup import DiagnosisOptions
+from jaxink.diagnosis.search.options import DiagnosisOptions
+from jaxink.diagnosis.search.problem import problem_of
 from jaxink.diagnosis.search.unfinished import Unfinished
 from jaxink.errors import InputRefusedError, require_kind
 from jaxink.fitting import FitResult, check_input, fit, read_inputs, weights_of
@@ -104,8 +105,8 @@ def diagnose(
         # Effects would only imitate the mistake.
         options = dataclasses.replace(options, catalogue=(), max_effects=0)
     with computing():
-        found = search_effects(result, sample, options, follow, deadline, failures, checkpoint)
-        return diagnosis_of(found, follow)
+        problem = problem_of(result, sample, options, follow, deadline, failures, checkpoint)
+        return diagnosis_of(search_effects(problem, result, options))
 
 
 class _TimeIsUp(Exception):  # noqa: N818 - it ends a task, and is no error

@@ -25,8 +25,8 @@ from jaxink.diagnosis.policy import SearchPolicy
 from jaxink.diagnosis.search.candidate_objective import CandidateObjective, Solution
 from jaxink.diagnosis.search.deadline import OptionalTask
 from jaxink.diagnosis.search.loop import SearchResult
+from jaxink.diagnosis.search.model import FittedModel
 from jaxink.diagnosis.search.refit import Estimate, estimates, finite
-from jaxink.diagnosis.search.stage import Stage
 from jaxink.diagnosis.statistics.discrepancy import SmoothPart, misfit_deviation
 from jaxink.diagnosis.statistics.points import Points
 from jaxink.diagnosis.statistics.projection import Projection, orthonormal_range
@@ -47,7 +47,6 @@ from jaxink.fitting import (
     prepare_data,
 )
 from jaxink.measurement import noise_of
-from jaxink.numerics.progress import Progress
 from jaxink.residual import ResidualPoints, ResidualShape, modes_for, residual_shape
 
 # What failed if there is only the fit of the declared model.
@@ -57,31 +56,31 @@ _DEGREE = 3
 _MODE_ORDER = 2
 
 
-def diagnosis_of(found: SearchResult, follow: Progress) -> Diagnosis:
+def diagnosis_of(found: SearchResult) -> Diagnosis:
     """Judge a search and collect the evidence for the verdict."""
     first, last, steps, policy = found.first, found.last, found.steps, found.options.policy
-    further = _further(found, follow)
+    further = _further(found)
     before = summary_of(first, found.cross_validation)
     after = summary_of(last, found.cross_validation) if steps else before
     location = locate(
         last.residual,
         last.jacobian,
-        found.points,
+        found.problem.points,
         at_bound=last.at_bound,
-        options=found.setup.options,
+        options=found.problem.screen_options,
         policy=policy,
     )
-    shifts = misfit_errors(last, found.points, location.smooth)
-    consistency = consistency_of(found.setup.data, found.setup.noise, policy)
+    shifts = misfit_errors(last, found.problem.points, location.smooth)
+    consistency = consistency_of(found.problem.data, found.problem.noise, policy)
     policy = tightened_by_repeats(consistency, policy)
     shape = shape_of(last, location.smooth.share)
     is_tolerated = last.is_within_own_error
     remains = not (is_tolerated or fits_noise(after, found.structure_after, policy, shape))
     is_odd = not is_tolerated and (remains or is_ordered(found.structure_after, policy, shape))
-    candidates, corrected = candidate_rows(found.screenings[0], steps), found.fit
-    with found.setup.failures.sparing(_CORRECTED, ""):
-        corrected = corrected_fit(found, follow)
-    time_limit, failures = found.setup.deadline.outcome(), found.setup.failures.found
+    candidates, corrected = candidate_rows(found.screens[0], steps), found.fit
+    with found.problem.failures.sparing(_CORRECTED, ""):
+        corrected = corrected_fit(found)
+    time_limit, failures = found.problem.deadline.outcome(), found.problem.failures.found
     evidence = Evidence(
         steps=steps,
         before=before,
@@ -97,7 +96,7 @@ def diagnosis_of(found: SearchResult, follow: Progress) -> Diagnosis:
         shape=shape,
         time_limit=time_limit,
         failures=failures,
-        level=found.setup.noise.level,
+        level=found.problem.noise.level,
         tolerated=last.tolerated,
     )
     return Diagnosis(
@@ -120,19 +119,19 @@ def diagnosis_of(found: SearchResult, follow: Progress) -> Diagnosis:
         settings={key: getattr(found.options, key) for key in _SETTINGS},
         further=further,
         consistency=evidence.consistency,
-        remaining=candidate_rows(found.screenings[-1], ()) if len(found.screenings) > 1 else (),
+        remaining=candidate_rows(found.screens[-1], ()) if len(found.screens) > 1 else (),
         time_limit=time_limit,
         failures=failures,
         imitations=evidence.imitations,
         shape=shape if is_odd else None,
         overlaps=overlaps_with(shape, found) if is_odd else {},
-        hidden=() if remains else hidden_effects(last, found.screenings[-1]),
+        hidden=() if remains else hidden_effects(last, found.screens[-1]),
     )
 
 
 def _imitations(found: SearchResult) -> dict[str, str]:
     """Effects whose fitted values do not mean what the effect says, with the reason."""
-    values, wavelengths = found.last.solution.values, found.points.wavelength_nm
+    values, wavelengths = found.last.solution.values, found.problem.points.wavelength_nm
     reasons = {step.effect: invalidity(step.form, values, wavelengths) for step in found.steps}
     return {effect: reason for effect, reason in reasons.items() if reason}
 
@@ -141,8 +140,8 @@ def _as_well_without_a_name(found: SearchResult) -> str:
     """Which smooth description the data do not distinguish from all effects added, if one is; in words."""
     if not found.steps:
         return ""
-    n, policy = len(found.points), found.options.policy
-    best = best_anonymous(residual_points(found.first), found.points, found.first.projection)
+    n, policy = len(found.problem.points), found.options.policy
+    best = best_anonymous(residual_points(found.first), found.problem.points, found.first.projection)
     terms = sum(len(step.form.terms) for step in found.steps)
     gained = found.first.solution.chi_square - found.last.solution.chi_square
     if best.penalised(n) <= gained - terms * np.log(n) - policy.class_delta_chi_square:
@@ -153,18 +152,18 @@ def _as_well_without_a_name(found: SearchResult) -> str:
     )
 
 
-def _further(found: SearchResult, follow: Progress) -> tuple[FurtherMeasurement, ...]:
+def _further(found: SearchResult) -> tuple[FurtherMeasurement, ...]:
     """Measurements that would distinguish the members of the class, if exactly one effect was found."""
     if len(found.steps) != 1 or len(found.steps[0].members) < 2:
         return ()
-    screening = found.screenings[0]
-    names, failures = found.steps[0].members[:2], found.setup.failures
-    first, second = (screening.refits.get(name) for name in names)
-    if first is None or second is None or not found.setup.deadline.permits(OptionalTask.FURTHER, names):
+    screen = found.screens[0]
+    names, failures = found.steps[0].members[:2], found.problem.failures
+    first, second = (screen.refits.best.get(name) for name in names)
+    if first is None or second is None or not found.problem.deadline.permits(OptionalTask.FURTHER, names):
         return ()
-    follow("further measurements", 1, first.solution.chi_square)
+    found.problem.follow("further measurements", 1, first.solution.chi_square)
     with failures.sparing("the search for measurements that would distinguish {}", " and ".join(names)):
-        return further_measurements(found.setup, screening.stage.accepted, first, second)
+        return further_measurements(found.problem, screen.model.accepted, first, second)
     return ()
 
 
@@ -213,7 +212,7 @@ def _by_side(name, columns, here) -> Iterator[tuple[str, np.ndarray]]:
         yield f"{name}, on each side", np.hstack([columns * here[side] for side in sides])
 
 
-def corrected_fit(found: SearchResult, follow: Progress) -> FitResult:
+def corrected_fit(found: SearchResult) -> FitResult:
     """Fit of the corrected model, from the end of the search and at its resolution.
 
     It is that of the declared model if no effect was found. Otherwise the last fit of the search has fitted
@@ -221,32 +220,33 @@ def corrected_fit(found: SearchResult, follow: Progress) -> FitResult:
     """
     if not found.last.accepted:
         return found.fit
-    setup, solution = found.setup, found.last.solution
-    sample = declare(setup.sample, found.last.accepted, solution.values)
+    problem, solution = found.problem, found.last.solution
+    sample = declare(problem.sample, found.last.accepted, solution.values)
     options = dataclasses.replace(
-        found.options.fit, starts=1, scan=False, profile="none", config=setup.config
+        found.options.fit, starts=1, scan=False, profile="none", config=problem.config
     )
     data = prepare_data(found.fit.data, sample)
-    fixed = settled(sample, setup.scene, data.bsdf_per_sr[data.used]) if sample.effects else sample
+    fixed = settled(sample, problem.scene, data.bsdf_per_sr[data.used]) if sample.effects else sample
     noise = noise_of(data, sample.noise)
-    objective = make_objective(data, fixed, "chi_square", setup.config, noise)
-    search, bench = _in_order_of(objective, solution, found.last.bench), found.last.bench
+    objective = make_objective(data, fixed, "chi_square", problem.config, noise)
+    searched = found.last.objective
+    search = _in_order_of(objective, solution, searched)
     if search is None:
-        return fit(data, sample, options, follow)
+        return fit(data, sample, options, problem.follow)
     end = search.derivatives
     errors = covariance(end.triangle, search.unit, end.gradient).for_noise_of(noise.degrees_of_freedom)
-    others = (_in_order_of(objective, rival, bench) for rival in found.rivals)
+    others = (_in_order_of(objective, rival, searched) for rival in found.rivals)
     endings = (Ending(search, is_start=True), *(Ending(other) for other in others if other is not None))
     ended = Found(search, errors, (search,), endings=endings, is_from_search=True)
     return assemble(data, fixed, options, noise, objective, ended)
 
 
-def _in_order_of(objective: Objective, solution: Solution, bench: CandidateObjective) -> Search | None:
+def _in_order_of(objective: Objective, solution: Solution, searched: CandidateObjective) -> Search | None:
     """A search with its variables in the order of an objective; None if they are not the same."""
     search, names = solution.search, solution.free
     if set(names) != set(objective.free):
         return None
-    scale = bench.scale_of(objective.free)
+    scale = searched.scale_of(objective.free)
     fields = (field.name for field in dataclasses.fields(scale))
     if not all(np.array_equal(getattr(scale, name), getattr(objective.scale, name)) for name in fields):
         return None
@@ -262,45 +262,45 @@ def _in_order_of(objective: Objective, solution: Solution, bench: CandidateObjec
     )
 
 
-def estimates_of(stage: Stage) -> NamedRows[Estimate]:
-    """Free parameters of a stage with their standard errors from noise."""
-    return NamedRows(estimates(stage.bench, stage.solution))
+def estimates_of(model: FittedModel) -> NamedRows[Estimate]:
+    """Free parameters of a model with their standard errors from noise."""
+    return NamedRows(estimates(model.objective, model.solution))
 
 
-def misfit_errors(stage: Stage, points: Points, smooth: SmoothPart) -> dict[str, float | None]:
+def misfit_errors(model: FittedModel, points: Points, smooth: SmoothPart) -> dict[str, float | None]:
     """Standard deviation of the bias of each parameter due to the smooth part of the misfit."""
-    if smooth.p_value > stage.setup.options.level:
-        return {name: 0.0 for name in stage.free}
-    shifts = misfit_deviation(smooth, stage.jacobian, points, at_bound=stage.at_bound)
-    return {name: finite(shift) for name, shift in zip(stage.free, shifts.tolist(), strict=True)}
+    if smooth.p_value > model.problem.screen_options.level:
+        return {name: 0.0 for name in model.free}
+    shifts = misfit_deviation(smooth, model.jacobian, points, at_bound=model.at_bound)
+    return {name: finite(shift) for name, shift in zip(model.free, shifts.tolist(), strict=True)}
 
 
-def undetermined_parameters(stage: Stage, shifts: dict[str, float | None]) -> tuple[str, ...]:
+def undetermined_parameters(model: FittedModel, shifts: dict[str, float | None]) -> tuple[str, ...]:
     """Parameters at a bound, or that misfit and noise may have moved to a bound."""
-    names, coverage = [], stage.setup.policy.coverage_errors
-    for name, (value, error) in estimates_of(stage).items():
-        term, misfit = stage.bench.terms[name], shifts[name]
+    names, coverage = [], model.problem.policy.coverage_errors
+    for name, (value, error) in estimates_of(model).items():
+        term, misfit = model.objective.terms[name], shifts[name]
         room = min(value - term.minimum, term.maximum - value)
         if misfit is None or error is None or coverage * np.hypot(misfit, error) >= room:
             names.append(name)
     return tuple(names)
 
 
-def shape_of(stage: Stage, structured: float | None = None) -> ResidualShape:
-    """Shape of a stage's residual, orthogonal to its free parameters; `structured` as in `residual_shape`."""
-    return residual_shape(residual_points(stage), stage.projection.basis, structured)
+def shape_of(model: FittedModel, structured: float | None = None) -> ResidualShape:
+    """Shape of a model's residual, orthogonal to its free parameters; `structured` as in `residual_shape`."""
+    return residual_shape(residual_points(model), model.projection.basis, structured)
 
 
-def residual_points(stage: Stage) -> ResidualPoints:
-    """The residual of a stage, point by point."""
-    setup = stage.setup
+def residual_points(model: FittedModel) -> ResidualPoints:
+    """The residual of a model, point by point."""
+    problem = model.problem
     return ResidualPoints.of(
-        setup.data,
-        stage.solution.predicted_per_sr,
-        setup.noise.sigma_per_sr,
-        setup.noise.scan_relative,
-        stage.residual,
-        stage.bench.objective.weight,
+        problem.data,
+        model.solution.predicted_per_sr,
+        problem.noise.sigma_per_sr,
+        problem.noise.scan_relative,
+        model.residual,
+        model.objective.weight,
     )
 
 
@@ -311,11 +311,11 @@ def overlaps_with(shape: ResidualShape, found: SearchResult) -> dict[str, float]
     effect at which it is largest, and of its sign if it has only one. Empty if the last model was not
     screened.
     """
-    screening = found.screenings[-1] if found.screenings else None
-    if screening is None or screening.stage is not found.last:
+    screen = found.screens[-1] if found.screens else None
+    if screen is None or screen.model is not found.last:
         return {}
     overlaps = {}
-    for name, directions in screening.directions.items():
+    for name, directions in screen.directions.items():
         cosines = [shape.overlap(found.last.projection.remove(d.column)) for d in directions]
         overlaps[name] = max(cosines, key=abs if directions[0].effect.sign == 0 else float)
     return dict(sorted(overlaps.items(), key=lambda item: -abs(item[1])))

@@ -9,7 +9,8 @@ import numpy as np
 from jaxink.diagnosis.search.candidate_refits import limit_by_refits
 from jaxink.diagnosis.search.deadline import OptionalTask
 from jaxink.diagnosis.search.direction import Direction
-from jaxink.diagnosis.search.step import Screening, Step
+from jaxink.diagnosis.search.screen import Screen
+from jaxink.diagnosis.search.step import Step
 from jaxink.diagnosis.statistics.candidate import ScreenedCandidate, Testability
 from jaxink.display.brief import brief_repr
 from jaxink.effects import Effect
@@ -52,21 +53,21 @@ class _Limit(NamedTuple):
     reason: str
 
 
-def candidate_rows(screening: Screening, steps: tuple[Step, ...]) -> tuple[CandidateRow, ...]:
+def candidate_rows(screen: Screen, steps: tuple[Step, ...]) -> tuple[CandidateRow, ...]:
     """One row for each candidate of a screen, largest decrease in chi-square first.
 
     If no step was taken, refits verify the detection limits.
     """
     members = {name: step.members for step in steps for name in step.members}
-    is_checked = not steps and not screening.stage.accepted
-    rows = []
-    for c in screening.result.candidates:
-        refit = screening.refits.get(c.name)
+    is_checked = not steps and not screen.model.accepted
+    rows, refits = [], screen.refits.best
+    for c in screen.result.candidates:
+        refit = refits.get(c.name)
         # A direction is normalised by its setting; reported strengths have the unit of the effect.
-        directions = screening.directions[c.name]
+        directions = screen.directions[c.name]
         direction = directions[max(c.inner, 0)]
         inner = inner_of_refit(c, directions, refit.effect if refit else direction.effect)
-        limit = _limit(screening, c, directions, inner, is_checked)
+        limit = _limit(screen, c, directions, inner, is_checked)
         # A linear step beyond its range is meaningless.
         step = c.strength * direction.column_strength if abs(c.strength) <= direction.largest else np.nan
         rows.append(
@@ -99,7 +100,7 @@ def inner_of_refit(c: ScreenedCandidate, directions: Sequence[Direction], effect
 
 
 def _limit(
-    screening: Screening,
+    screen: Screen,
     c: ScreenedCandidate,
     directions: Sequence[Direction],
     inner: int,
@@ -107,13 +108,13 @@ def _limit(
 ) -> _Limit:
     direction = directions[inner]
     limit, status, reason = float(c.detection_limits[inner]), c.status, c.reason
-    is_checked, setup = is_checked and status == Testability.TESTABLE, screening.stage.setup
-    if is_checked and setup.deadline.permits(OptionalTask.LIMIT, [c.name]):
-        names = [candidate.name for candidate in screening.result.candidates]
+    is_checked, problem = is_checked and status == Testability.TESTABLE, screen.model.problem
+    if is_checked and problem.deadline.permits(OptionalTask.LIMIT, [c.name]):
+        names = [candidate.name for candidate in screen.result.candidates]
         step = StepOf(names.index(c.name) + 1, len(names))
-        setup.follow(f"detection limit, {c.name}", step, screening.stage.solution.chi_square)
-        with setup.failures.sparing("the verification of the detection limit of {}", c.name):
-            limit = limit_by_refits(screening.stage, direction, limit, c.critical_z)
+        problem.follow(f"detection limit, {c.name}", step, screen.model.solution.chi_square)
+        with problem.failures.sparing("the verification of the detection limit of {}", c.name):
+            limit = limit_by_refits(screen.model, direction, limit, c.critical_z)
     if limit >= direction.largest and status == Testability.TESTABLE:
         status, reason = Testability.HARDLY, "hardly any strength within its range would be detected"
     limit *= direction.column_strength

@@ -5,8 +5,8 @@ import dataclasses
 import numpy as np
 
 from jaxink.diagnosis.search.candidate_objective import CandidateObjective
+from jaxink.diagnosis.search.problem import SearchProblem
 from jaxink.diagnosis.search.refit import Refit
-from jaxink.diagnosis.search.setup import SearchProblem
 from jaxink.effects import Effect, Scene
 from jaxink.measurement import FitNoise, GonioData
 
@@ -36,7 +36,7 @@ class FurtherMeasurement:
 
 
 def further_measurements(
-    setup: SearchProblem, accepted: tuple[Effect, ...], first: Refit, second: Refit
+    problem: SearchProblem, accepted: tuple[Effect, ...], first: Refit, second: Refit
 ) -> tuple[FurtherMeasurement, ...]:
     """Candidate measurements that would distinguish two effects, the most decisive first.
 
@@ -44,8 +44,8 @@ def further_measurements(
 
     Parameters
     ----------
-    setup, accepted
-        Of the stage at which both effects were fitted.
+    problem, accepted
+        Of the model to which both effects were added.
     first, second
         Their refits.
 
@@ -53,7 +53,7 @@ def further_measurements(
     ----------
     Atkinson, Fedorov 1975 Biometrika 62, 57 (T-optimal designs).
     """
-    data = setup.data
+    data = problem.data
     used = data.used
     old = np.column_stack([column[used] for column in data.directions])
     menu = menu_of(old)
@@ -67,22 +67,22 @@ def further_measurements(
     theta_i_deg, theta_o_deg, phi_deg, wavelength_nm, side = columns
     scene = Scene.of(theta_i_deg, theta_o_deg, phi_deg, wavelength_nm, side, row)
 
-    def bench(refit, bsdf, sigma):
+    def objective_of(refit, bsdf, sigma):
         values = (*columns[:4], columns[4] > 0.5, bsdf)
         rows = np.arange(len(bsdf))
-        arguments = GonioData(*values, row=rows), FitNoise(sigma, setup.noise.scan_relative, "")
+        arguments = GonioData(*values, row=rows), FitNoise(sigma, problem.noise.scan_relative, "")
         effects = (*accepted, refit.effect)
         n_slots = len(refit.solution.free)
         return CandidateObjective(
-            setup.sample, effects, *arguments, setup.config, scene, n_slots, setup.checkpoint
+            problem.sample, effects, *arguments, problem.config, scene, n_slots, problem.checkpoint
         )
 
     ones = np.ones(columns.shape[1])
-    expected = bench(first, ones, ones).predict(first.solution.values)
-    sigma_old = np.asarray(setup.noise.sigma_per_sr, float)
+    expected = objective_of(first, ones, ones).predict(first.solution.values)
+    sigma_old = np.asarray(problem.noise.sigma_per_sr, float)
     relative = float(np.median(sigma_old / np.abs(data.bsdf_per_sr[used])))
     sigma = np.concatenate([sigma_old, relative * expected[item > 0]])
-    rival, found = bench(second, expected, sigma), []
+    rival, found = objective_of(second, expected, sigma), []
     start = rival.linearised(second.solution.values, second.solution.free)
     for number, name in enumerate(menu, start=1):
         left_out = (item > 0) & (item != number)

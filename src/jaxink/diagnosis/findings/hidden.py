@@ -4,8 +4,8 @@ import dataclasses
 
 import numpy as np
 
-from jaxink.diagnosis.search.stage import Stage
-from jaxink.diagnosis.search.step import Screening
+from jaxink.diagnosis.search.model import FittedModel
+from jaxink.diagnosis.search.screen import Screen
 from jaxink.diagnosis.statistics.candidate import Testability
 from jaxink.display.brief import brief_repr
 
@@ -35,14 +35,14 @@ class HiddenEffect:
     largest_in_errors: float
 
 
-def hidden_effects(last: Stage, screening: Screening) -> tuple[HiddenEffect, ...]:
+def hidden_effects(last: FittedModel, screen: Screen) -> tuple[HiddenEffect, ...]:
     """Effects that were not added and may hide, those that shift a parameter most first.
 
     Parameters
     ----------
     last
         The final model.
-    screening
+    screen
         With the directions of the effects and their limits; of an earlier model if the last has none.
     """
     inside = last.at_bound == 0
@@ -53,10 +53,10 @@ def hidden_effects(last: Stage, screening: Screening) -> tuple[HiddenEffect, ...
     solve = np.linalg.pinv(jacobian)
     errors = np.linalg.norm(solve, axis=1)
     added, found = {effect.name for effect in last.accepted}, []
-    for candidate in screening.result.candidates:
+    for candidate in screen.result.candidates:
         if candidate.name in added or candidate.status == Testability.NOT:
             continue
-        direction = screening.directions[candidate.name][candidate.inner]
+        direction = screen.directions[candidate.name][candidate.inner]
         _, norm = last.score(direction)
         if not norm > 0:
             continue

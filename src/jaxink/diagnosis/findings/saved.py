@@ -132,13 +132,13 @@ def transfer(found: Diagnosis | SavedDiagnosis | FitResult, data: GonioData, is_
     with computing():
         scene = Scene.of(*data.used_directions, row=data.reading_order[used])
         noise = noise_of(data, sample.noise)
-        bench = CandidateObjective(sample, (), data, noise, result.config, scene, max(len(free), 1))
-        values, errors = bench.start, dict[str, float | None]()
+        objective = CandidateObjective(sample, (), data, noise, result.config, scene, max(len(free), 1))
+        values, errors = objective.start, dict[str, float | None]()
         if is_refitted:
-            solution = bench.fit(values, bench.base_free)
+            solution = objective.fit(values, objective.base_free)
             values, predicted = solution.values, solution.predicted_per_sr
-            errors = {name: e.standard_error for name, e in estimates(bench, solution).items()}
+            errors = {name: e.standard_error for name, e in estimates(objective, solution).items()}
         else:
-            predicted = bench.predict(values)
-        left = bench.in_noise(predicted, bench.measured - predicted)
+            predicted = objective.predict(values)
+        left = objective.in_noise(predicted, objective.measured - predicted)
     return Transfer(data, values, errors, predicted, left)

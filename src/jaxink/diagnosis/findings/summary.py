@@ -8,7 +8,7 @@ from jaxtyping import Float
 
 from jaxink.diagnosis.search.cross_validation import CrossValidation
 from jaxink.diagnosis.search.deadline import OptionalTask
-from jaxink.diagnosis.search.stage import Stage
+from jaxink.diagnosis.search.model import FittedModel
 from jaxink.display.brief import brief_repr
 from jaxink.fitting import Deviation, deviation, merit
 from jaxink.measurement import USER, GonioData
@@ -73,15 +73,15 @@ class Summary:
             yield "held out", self.held_out, deviation(measured_per_sr[known], self.held_out_per_sr[known])
 
 
-def summary_of(stage: Stage, cross_validation: CrossValidation) -> Summary:
-    """Figures of merit of a stage, including its predictions of held-out points if there is time."""
+def summary_of(model: FittedModel, cross_validation: CrossValidation) -> Summary:
+    """Figures of merit of a model, including its predictions of held-out points if there is time."""
     measured, folds = cross_validation.observations.measured_per_sr, cross_validation.folds
-    held_out, data, n = cross_validation.predictions(stage), stage.setup.data, len(measured)
-    predicted, whitened = stage.solution.predicted_per_sr, stage.residual[:n]
-    known = stage.setup.noise.degrees_of_freedom
-    fitted = _figures(data, predicted, whitened, len(stage.free), known)
+    held_out, data, n = cross_validation.predictions(model), model.problem.data, len(measured)
+    predicted, whitened = model.solution.predicted_per_sr, model.residual[:n]
+    known = model.problem.noise.degrees_of_freedom
+    fitted = _figures(data, predicted, whitened, len(model.free), known)
     if held_out is None:
-        stage.setup.deadline.permits(OptionalTask.HELD_OUT, ["corrected" if stage.accepted else "declared"])
+        model.problem.deadline.permits(OptionalTask.HELD_OUT, ["corrected" if model.accepted else "declared"])
         return Summary(fitted, None, predicted, whitened, None)
     unseen = np.sum(np.where(folds, held_out, 0.0), axis=0) / np.maximum(np.sum(folds, axis=0), 1)
     finite = np.isfinite(unseen)
@@ -89,7 +89,7 @@ def summary_of(stage: Stage, cross_validation: CrossValidation) -> Summary:
         return Summary(fitted, None, predicted, whitened, None)
     # The noise of points beside those of a fold that failed is that of a perfect prediction.
     filled = np.where(finite, unseen, measured)
-    left = stage.bench.whiten(filled, measured - filled)[:n]
+    left = model.objective.whiten(filled, measured - filled)[:n]
     seen = data.mask.copy()
     seen[np.flatnonzero(data.used)[~finite]] |= USER.bit
     figures = _figures(data.replace(mask=seen), unseen[finite], left[finite], 0, known)

@@ -7,11 +7,12 @@ from typing import NamedTuple
 import numpy as np
 
 from jaxink.diagnosis.joint.joint_diagnosis import JointDiagnosis, JointStep
-from jaxink.diagnosis.search.candidate_objective import Place
+from jaxink.diagnosis.search.candidate_objective import CandidateObjective, Place
 from jaxink.diagnosis.search.direction import SCREEN, Direction, secants, tangents
+from jaxink.diagnosis.search.model import by_program
+from jaxink.diagnosis.search.options import DiagnosisOptions
+from jaxink.diagnosis.search.problem import SearchProblem
 from jaxink.diagnosis.search.refit import penalty
-from jaxink.diagnosis.search.setup import DiagnosisOptions, SearchProblem
-from jaxink.diagnosis.search.stage import by_program
 from jaxink.diagnosis.statistics.projection import Projection, orthonormal_range
 from jaxink.display.brief import brief_repr
 from jaxink.effects import AreaWithOtherValues, Effect, SampleEffect, Scene, declare, in_numbers, with_values
@@ -239,7 +240,7 @@ def _directions(
 ) -> Iterator[Direction]:
     """How each effect changes the prediction of one measurement, in units of its noise."""
     used = data.used
-    setup = SearchProblem(
+    problem = SearchProblem(
         without_priors(one.sample),
         data,
         noise,
@@ -251,28 +252,31 @@ def _directions(
         options.policy,
         failures=failures,
     )
-    listed = setup.listed(())
-    bench = setup.shared_bench((), listed)
-    here = Place(dict(bench.start), bench.predict(bench.start))
+    listed = problem.listed(())
+    objective = problem.shared_objective((), listed)
+    here = Place(dict(objective.start), objective.predict(objective.start))
     shared = [effect for effect in listed.forms if not effect.own_program]
-    found = tangents(bench, here, bench.base_free, shared, failures)
+    found = tangents(objective, here, objective.base_free, shared, failures)
     own = [effect for effect in listed.forms if effect.own_program and effect.is_screened]
     for effects in by_program(own).values():
-        found += _own_directions(setup, bench, here, effects, failures)
+        found += _own_directions(problem, objective, here, effects)
     for direction in found:
         if np.all(np.isfinite(direction.column)):
             yield direction.without_rounding()
 
 
-def _own_directions(setup: SearchProblem, bench, here: Place, effects: Sequence[Effect], failures: Failures):
+def _own_directions(
+    problem: SearchProblem, objective: CandidateObjective, here: Place, effects: Sequence[Effect]
+) -> list[Direction]:
     """Directions of effects that share a program of their own, which is dropped afterwards."""
     found: list[Direction] = []
-    n_slots = len(bench.base_free) + max(len(effect.terms) for effect in effects)
-    own = bench if isinstance(effects[0], AreaWithOtherValues) else setup.bench(tuple(effects), n_slots)
+    n_slots = len(objective.base_free) + max(len(effect.terms) for effect in effects)
+    is_mixture = isinstance(effects[0], AreaWithOtherValues)
+    own = objective if is_mixture else problem.objective(tuple(effects), n_slots)
     for effect in effects:
-        with failures.sparing(SCREEN, effect.name):
-            found += secants(bench, own, here, effect)
-    if own is not bench:
+        with problem.failures.sparing(SCREEN, effect.name):
+            found += secants(objective, own, here, effect)
+    if own is not objective:
         own.release()
     return found
 

@@ -52,7 +52,7 @@ class SlotObjective(Objective):
 
     @property
     def directions_at_once(self) -> int:
-        """Those of most fits of the bench, all of which share a program."""
+        """Those of most fits, all of which share a program."""
         return self.at_once
 
     def named(self, physical: Float[Array, " parameters"]) -> dict[str, Float[Array, ""]]:
@@ -73,7 +73,7 @@ class Solution:
     Parameters
     ----------
     values
-        Of all names of the workbench.
+        Of all names of the objective.
     free
         The fitted parameters.
     chi_square
@@ -94,7 +94,7 @@ class Solution:
 
 
 class Place(NamedTuple):
-    """A prediction at values that no fit of the workbench has found."""
+    """A prediction at values that no fit has found."""
 
     values: dict[str, float]
     predicted_per_sr: Float[np.ndarray, " points"]
@@ -145,7 +145,7 @@ class CandidateObjective:
         Resolution of the solver.
     n_slots
         Largest number of free parameters of a fit.
-    pieces
+    checkpoint
         Where results are kept; None to keep none.
     added_at_once
         Parameters in addition to the declared ones by which fits are differentiated in one run of a program.
@@ -163,7 +163,7 @@ class CandidateObjective:
         checkpoint: Checkpoint | None = None,
         added_at_once: int = 1,
     ):
-        self._pieces = checkpoint or Checkpoint()
+        self._checkpoint = checkpoint or Checkpoint()
         model = AugmentedModel(sample, effects, scene, config)
         self.noise_freedom = noise.degrees_of_freedom
         self.base, self.effects = sample, carriers(sample, effects)
@@ -198,6 +198,16 @@ class CandidateObjective:
         """Measured BSDF at the used points, 1/sr."""
         return self.objective.measured
 
+    @property
+    def weight(self) -> Float[np.ndarray, " points"]:
+        """Factor of the residual of each used point; see `Objective`."""
+        return self.objective.weight
+
+    @property
+    def declared(self) -> dict[str, float]:
+        """Values of the declared sample's free parameters, as declared."""
+        return {name: self.start[name] for name in self.base_free}
+
     def _with_slots(self, values: dict[str, float], free: tuple[str, ...]) -> _Slotted:
         whole = self.start | {k: v for k, v in values.items() if k in self.start}
         chosen = [self.terms[name] for name in free]
@@ -214,16 +224,10 @@ class CandidateObjective:
         return _Slotted(objective, np.clip(scale.to_unit(physical), 0.0, 1.0))
 
     def _search(self, objective: SlotObjective) -> GradientSearch:
-        """Search on an objective of this bench, which holds on to its programs."""
+        """Search on the objective with some slots assigned; it holds on to the compiled programs."""
         if self._engine is None:
             self._engine = GradientSearch(objective)
         return self._engine.on(objective)
-
-    def prepare(self, values: dict[str, float], free: tuple[str, ...]) -> None:
-        """Compile the program of fits, in a thread of its own if so wished."""
-        if not self._pieces.is_replaying:
-            objective, unit = self._with_slots(values, free)
-            self._search(objective).compiled.prepare(unit, jacobian=True)
 
     def release(self) -> None:
         """Drop the compiled programs; they are compiled again when needed."""
@@ -240,7 +244,7 @@ class CandidateObjective:
     def predict(self, values: dict[str, float]) -> Float[np.ndarray, " points"]:
         """Predicted BSDF at the used points, 1/sr."""
         objective, unit = self._with_slots(values, ())
-        return self._pieces.once(
+        return self._checkpoint.once(
             "prediction", (objective, unit), ARRAY, lambda: self._search(objective).predicted(unit)
         )
 
@@ -266,7 +270,7 @@ class CandidateObjective:
         """
         objective, unit = self._with_slots(values, free)
         held = self._unused(free)
-        search = self._pieces.once(
+        search = self._checkpoint.once(
             "fit",
             (objective, unit, held, max_jacobians, decrement),
             SEARCH,
@@ -301,7 +305,7 @@ class CandidateObjective:
         if measured is not None:
             objective = dataclasses.replace(objective, measured=measured)
         limits = self._unused(free), max_jacobians, decrement
-        search = self._pieces.once(
+        search = self._checkpoint.once(
             "fit nearby",
             (objective, end.unit, *limits),
             SEARCH,
@@ -322,7 +326,7 @@ class CandidateObjective:
     def linearised(self, values: dict[str, float], free: tuple[str, ...]) -> Start:
         """Start of fits of some parameters to nearly the same data."""
         objective, unit = self._with_slots(values, free)
-        end = self._pieces.once(
+        end = self._checkpoint.once(
             "linearisation", (objective, unit), POINT, lambda: self._search(objective).linearised(unit)
         )
         return Start(objective, end, free)

@@ -40,15 +40,10 @@ class Checkpoint:
     ----------
     folder
         Created with the first piece; None to keep nothing.
-
-    Attributes
-    ----------
-    is_replaying
-        Whether the last piece asked for was there.
     """
 
     def __init__(self, folder: Path | None = None):
-        self.folder, self.is_replaying = folder, False
+        self.folder = folder
 
     def once(self, kind: str, about: tuple, form: Form, make: Callable[[], Piece]) -> Piece:
         """A piece from its file, or made now and written.
@@ -68,7 +63,6 @@ class Checkpoint:
         if name is None:
             return make()
         found = self._read(name, form)
-        self.is_replaying = found is not None
         if found is None:
             found = make()
             self._write(name, form.arrays_of(found))

@@ -5,9 +5,9 @@ from jaxtyping import Bool, Float
 
 from jaxink.diagnosis.policy import SearchPolicy
 from jaxink.diagnosis.search.candidate_objective import CandidateObjective, Solution, Start
+from jaxink.diagnosis.search.model import FittedModel
+from jaxink.diagnosis.search.problem import SearchProblem
 from jaxink.diagnosis.search.refit import Refit
-from jaxink.diagnosis.search.setup import SearchProblem
-from jaxink.diagnosis.search.stage import Stage
 from jaxink.diagnosis.statistics.points import Points
 from jaxink.diagnosis.statistics.predictive_density import (
     HeldOutGain,
@@ -28,62 +28,69 @@ class CrossValidation:
     NaN.
     """
 
-    def __init__(self, setup: SearchProblem, points: Points):
-        used = setup.data.used
+    def __init__(self, problem: SearchProblem):
+        data, points = problem.data, problem.points
         self.observations = Observations(
-            setup.data.bsdf_per_sr[used],
-            np.asarray(setup.noise.sigma_per_sr, float),
+            data.bsdf_per_sr[data.used],
+            np.asarray(problem.noise.sigma_per_sr, float),
             points.scan,
-            float(setup.noise.scan_relative),
-            weights_of(setup.data, setup.sample)[np.unique(points.scan, return_index=True)[1]],
+            float(problem.noise.scan_relative),
+            weights_of(data, problem.sample)[np.unique(points.scan, return_index=True)[1]],
         )
-        self.folds = _folds(points, setup.policy)
-        self._follow, self._allowance, self._policy = setup.follow, setup.deadline, setup.policy
-        self._failures = setup.failures
+        self.folds = _folds(points, problem.policy)
+        self._problem = problem
         self._predictions: dict[tuple[Effect, ...], np.ndarray] = {}
 
-    def predictions(self, stage: Stage) -> Float[np.ndarray, "folds points"] | None:
-        """Predictions of a stage's model, 1/sr; None if there was no time for them."""
-        return self._made(stage.accepted, stage.bench, stage.solution)
+    def predictions(self, model: FittedModel) -> Float[np.ndarray, "folds points"] | None:
+        """Predictions of a model, 1/sr; None if there was no time for them."""
+        return self._made(model.accepted, model.objective, model.solution)
 
-    def gain(self, stage: Stage, refit: Refit) -> HeldOutGain | None:
-        """Gain in log density of held-out points from adding an effect to a stage; None as above.
+    def gain(self, model: FittedModel, refit: Refit) -> HeldOutGain | None:
+        """Gain in log density of held-out points from adding an effect to a model; None as above.
 
-        Only of folds that both models predict.
+        Only of folds that both predict.
         """
-        before = self.predictions(stage)
-        after = self._made((*stage.accepted, refit.effect), refit.bench, refit.solution)
+        before = self.predictions(model)
+        after = self._made((*model.accepted, refit.effect), refit.objective, refit.solution)
         if before is None or after is None:
             return None
         known = np.all(np.isfinite(before) & np.isfinite(after), axis=1)
         return held_out_gain(self.observations, self.folds[known], before[known], after[known])
 
     def _made(
-        self, effects: tuple[Effect, ...], bench: CandidateObjective, solution: Solution
+        self, effects: tuple[Effect, ...], objective: CandidateObjective, solution: Solution
     ) -> np.ndarray | None:
         if effects not in self._predictions:
-            names = " and ".join(e.name for e in effects)
-            model = f"the model with {names}" if effects else "the declared model"
-            predicted, count = np.full(self.folds.shape, np.nan), len(self.folds)
-            start: Start | None = None
-            with self._failures.sparing(f"the linearisation of {model}", names):
-                start = bench.linearised(solution.values, solution.free)
-            for number, fold in enumerate(self.folds if start is not None else (), start=1):
-                if self._allowance.is_over:
-                    return None
-                self._follow(
-                    f"held out with {names or 'no effect'}", StepOf(number, count), solution.chi_square
-                )
-                with self._failures.sparing(f"the fit of {model} without fold {number} of {count}", names):
-                    fit = bench.fit_near(
-                        start,
-                        left_out=fold,
-                        max_jacobians=self._policy.held_out_jacobians,
-                        decrement=self._policy.held_out_decrement,
-                    )
-                    predicted[number - 1] = fit.predicted_per_sr
+            predicted = self._predicted(effects, objective, solution)
+            if predicted is None:
+                return None
             self._predictions[effects] = predicted
         return self._predictions[effects]
+
+    def _predicted(
+        self, effects: tuple[Effect, ...], objective: CandidateObjective, solution: Solution
+    ) -> np.ndarray | None:
+        problem, policy, failures = self._problem, self._problem.policy, self._problem.failures
+        names = " and ".join(e.name for e in effects)
+        model = f"the model with {names}" if effects else "the declared model"
+        predicted, count = np.full(self.folds.shape, np.nan), len(self.folds)
+        start: Start | None = None
+        with failures.sparing(f"the linearisation of {model}", names):
+            start = objective.linearised(solution.values, solution.free)
+        for number, fold in enumerate(self.folds if start is not None else (), start=1):
+            if problem.deadline.is_over:
+                return None
+            what = f"held out with {names or 'no effect'}"
+            problem.follow(what, StepOf(number, count), solution.chi_square)
+            with failures.sparing(f"the fit of {model} without fold {number} of {count}", names):
+                fit = objective.fit_near(
+                    start,
+                    left_out=fold,
+                    max_jacobians=policy.held_out_jacobians,
+                    decrement=policy.held_out_decrement,
+                )
+                predicted[number - 1] = fit.predicted_per_sr
+        return predicted
 
 
 def _folds(points: Points, policy: SearchPolicy) -> Bool[np.ndarray, "folds points"]:

@@ -66,7 +66,7 @@ class Direction:
 
 
 def tangents(
-    bench: CandidateObjective,
+    objective: CandidateObjective,
     solution: Solution | Place,
     free: tuple[str, ...],
     effects: list[Effect],
@@ -80,13 +80,13 @@ def tangents(
     # One setting of each effect at a time: effects do not interact while their strengths are zero.
     for rank in range(max((len(e.settings) for e in effects), default=0)):
         here = [e for e in effects if rank < len(e.settings)]
-        of_rank = partial(_tangents_at, bench, solution, free, rank)
+        of_rank = partial(_tangents_at, objective, solution, free, rank)
         found += failures.in_parts(of_rank, here, SCREEN, lambda effect: effect.name)
     return found
 
 
 def _tangents_at(
-    bench: CandidateObjective,
+    objective: CandidateObjective,
     solution: Solution | Place,
     free: tuple[str, ...],
     rank: int,
@@ -98,7 +98,7 @@ def _tangents_at(
     for effect in effects:
         values |= effect.settings[rank]
     names = tuple(dict.fromkeys(e.strength.name for e in effects))
-    columns = bench.jacobian(values, free + names).jacobian
+    columns = objective.jacobian(values, free + names).jacobian
     if not np.all(np.isfinite(columns)):
         raise NotFiniteError("the model or its derivatives are not finite")
     found = []
@@ -110,9 +110,9 @@ def _tangents_at(
 
 
 def secants(
-    bench: CandidateObjective, own: CandidateObjective, solution: Solution | Place, effect: Effect
+    objective: CandidateObjective, own: CandidateObjective, solution: Solution | Place, effect: Effect
 ) -> list[Direction]:
-    """Differences that the settings of an effect make, predicted by its `own` workbench."""
+    """Differences that the settings of an effect make, predicted by its `own` objective."""
     found = []
     for setting in effect.settings:
         values = solution.values | setting
@@ -123,6 +123,6 @@ def secants(
             change = there
         else:
             change = own.predict(values) - solution.predicted_per_sr
-        column = bench.whiten(solution.predicted_per_sr, np.asarray(change))
+        column = objective.whiten(solution.predicted_per_sr, np.asarray(change))
         found.append(Direction(effect, setting, column, effect.largest_share(setting)))
     return found

@@ -1,4 +1,4 @@
-"""A candidate fitted with all other parameters, and standard errors of a fit."""
+"""Candidates fitted with all other parameters, the store of these fits, and standard errors of a fit."""
 
 import dataclasses
 from typing import NamedTuple
@@ -33,8 +33,8 @@ class Refit:
         The form that fits best.
     solution
         Its fit.
-    bench
-        The workbench of the fit.
+    objective
+        The objective of the fit.
     delta_chi_square
         Decrease in chi-square.
     is_polished
@@ -45,7 +45,7 @@ class Refit:
 
     effect: Effect
     solution: Solution
-    bench: CandidateObjective
+    objective: CandidateObjective
     delta_chi_square: float
     is_polished: bool = False
 
@@ -59,7 +59,7 @@ class Refit:
         return self.delta_chi_square - self.penalty(n_points)
 
     def penalty(self, n_points: int) -> float:
-        """As the function of this name."""
+        """By how much its effect must lower chi-square; see the function `penalty`."""
         return penalty(self.effect, n_points)
 
     def is_like(self, other: "Refit", n_points: int, class_delta_chi_square: float) -> bool:
@@ -74,16 +74,49 @@ class Refit:
 
     def estimates(self) -> dict[str, Estimate]:
         """Estimates of its free parameters."""
-        return estimates(self.bench, self.solution)
+        return estimates(self.objective, self.solution)
 
 
-def estimates(bench: CandidateObjective, solution: Solution) -> dict[str, Estimate]:
+class Refits:
+    """The refits of a screen: of each form that has been fitted, the one to be compared with others.
+
+    Parameters
+    ----------
+    n_rows
+        Number of rows of the residual, by which a form pays for its terms.
+    """
+
+    def __init__(self, n_rows: int):
+        self._n_rows = n_rows
+        self._by_form: dict[Effect, Refit] = {}
+
+    def keep(self, refit: Refit) -> None:
+        """Store a refit, in place of an earlier one of the same form."""
+        self._by_form[refit.effect] = refit
+
+    def of(self, form: Effect) -> Refit | None:
+        """Refit of a form; None if it has not been fitted."""
+        return self._by_form.get(form)
+
+    @property
+    def best(self) -> dict[str, Refit]:
+        """Of each effect that has been fitted, the form that fits best after the penalty for its terms."""
+        found: dict[str, Refit] = {}
+        # A copy: threads may be adding others.
+        for refit in list(self._by_form.values()):
+            other = found.get(refit.effect.name)
+            if other is None or refit.penalised(self._n_rows) > other.penalised(self._n_rows):
+                found[refit.effect.name] = refit
+        return found
+
+
+def estimates(objective: CandidateObjective, solution: Solution) -> dict[str, Estimate]:
     """Each free parameter of a solution with its standard error."""
     n = len(solution.free)
     search, end = solution.search, solution.search.derivatives
     spread = covariance(end.triangle[:, :n], search.unit[:n], end.gradient[:n])
-    spread = spread.for_noise_of(bench.noise_freedom)
-    slope = bench.scale_of(solution.free).slope(search.unit[:n])
+    spread = spread.for_noise_of(objective.noise_freedom)
+    slope = objective.scale_of(solution.free).slope(search.unit[:n])
     sigma = np.where(spread.held, np.nan, spread.deviation * np.abs(slope)).tolist()
     return {
         name: Estimate(solution.values[name], finite(error))

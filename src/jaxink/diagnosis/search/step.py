@@ -1,37 +1,13 @@
-"""Records of a search: screens with the subsequent refits, and effects that were added."""
+"""Steps of a search: effects that were added to the model."""
 
 import dataclasses
 from typing import Any, NamedTuple
 
-from jaxink.diagnosis.search.direction import Direction
 from jaxink.diagnosis.search.refit import Refit
-from jaxink.diagnosis.search.stage import Stage
-from jaxink.diagnosis.statistics.candidate import ScreenResult
+from jaxink.diagnosis.search.screen import Screen
 from jaxink.diagnosis.statistics.predictive_density import HeldOutGain
 from jaxink.display.brief import brief_repr
 from jaxink.effects import DeclaredConstant, Effect, in_numbers
-
-
-@dataclasses.dataclass(frozen=True)
-class Screening:
-    """The screen of one stage; directions and refits by effect, refits are filled during the search."""
-
-    stage: Stage
-    directions: dict[str, list[Direction]]
-    result: ScreenResult
-    refits: dict[str, Refit] = dataclasses.field(default_factory=dict)
-
-    @classmethod
-    def of(cls, stage: Stage) -> "Screening":
-        """Screen a stage."""
-        directions = stage.directions()
-        return cls(stage, directions, stage.screened(directions))
-
-    @property
-    def lowest_chi_square(self) -> float:
-        """Of the stage and of its refits so far, to which threads may be adding others."""
-        refits = [refit.solution.chi_square for refit in list(self.refits.values())]
-        return min([self.stage.solution.chi_square, *refits])
 
 
 @dataclasses.dataclass(frozen=True)
@@ -72,16 +48,14 @@ class Step:
     refit: Refit | None
 
     @classmethod
-    def of(
-        cls, screening: Screening, best: Refit, members: tuple[str, ...], held_out_gain: HeldOutGain
-    ) -> "Step":
+    def of(cls, screen: Screen, best: Refit, members: tuple[str, ...], held_out_gain: HeldOutGain) -> "Step":
         """The step that adds the effect of a refit."""
         effect = best.effect
         return cls(
             effect=effect.name,
             form=effect,
             members=members,
-            predicted_delta_chi_square=screening.result[effect.name].predicted_delta_chi_square,
+            predicted_delta_chi_square=screen.result[effect.name].predicted_delta_chi_square,
             actual_delta_chi_square=best.delta_chi_square,
             held_out_gain=held_out_gain,
             unit=effect.strength.unit,

@@ -9,7 +9,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from jaxink.diagnosis.search.checkpoint import Checkpoint, code_version
-from jaxink.diagnosis.search.setup import DiagnosisOptions
+from jaxink.diagnosis.search.options import DiagnosisOptions
 from jaxink.effects import CATALOGUE
 from jaxink.errors import InputRefusedError
 from jaxink.files.decoding import read_json
