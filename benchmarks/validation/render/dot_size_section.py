@@ -57,7 +57,8 @@ def dot_size_section(found: dict) -> str:
         optical thickness, and what would have become of it from the derivatives of both totals by the
         absorption coefficient, which the solver knows (`export/dot_size.py`). Its form was found with
         fewer paths in Henyey-Greenstein inks of albedo 0.9 to 1; its three constants were fitted to
-        {_words(FITTED)} in diffuse light, `{KEPT_ASIDE}` taking no part: f = {constants.leak:.3f}, u =
+        {_words(FITTED)} in diffuse light, `{KEPT_ASIDE}` taking no part (some of its results were known
+        when the form was chosen): f = {constants.leak:.3f}, u =
         {constants.upwards:.3f}, c = {constants.scatterings:.2f}. The diameter by the rule, in diffuse
         light, is wrong by:"""
     limits = f"""{_guided(found)} The export makes the statement for one scattering layer with smooth
