@@ -3,6 +3,7 @@
 import dataclasses
 from collections.abc import Mapping
 
+from jaxink.display.brief import brief_repr
 from jaxink.errors import (
     InputRefusedError,
     require_by_name,
@@ -65,6 +66,8 @@ class FitOptions:
     config
         Resolution of the solver, instead of that for the accuracy.
     """
+
+    __repr__ = brief_repr
 
     method: str = "gradient"
     objective: str = "chi_square"

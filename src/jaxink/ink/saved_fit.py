@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from jaxink.display.brief import brief_repr
 from jaxink.errors import InputRefusedError
 from jaxink.files.decoding import decode, read_json
 from jaxink.files.result_folder import LARGEST_RESULT_BYTES, result_file
@@ -31,6 +32,8 @@ class SavedFit:
     has_standard_errors
         Whether the fit gives standard errors.
     """
+
+    __repr__ = brief_repr
 
     sample: Sample
     wavelengths_nm: tuple[float, ...]
