@@ -107,22 +107,24 @@ def true_strengths(truth: dict) -> dict[str, float]:
     return found
 
 
-def diagnose(name: str) -> None:
-    """Run the command on one case, by its declared file alone, and keep its report."""
-    with tempfile.TemporaryDirectory() as scratch:
-        sample = Path(scratch) / "sample.toml"
-        sample.write_text(declared_text(name))
-        out = Path(scratch) / "out"
-        command = [sys.executable, "-m", "jaxink", "diagnose", str(data_file(name))]
-        command += ["--sample", str(sample), "--out", str(out), "--quiet", "--no-figures"]
-        done = subprocess.run(command, check=False)
-        report = read_report(out)
+def diagnose(name: str, folder: Path) -> Path:
+    """Run the command on one case, by its declared file alone, and keep its report.
+
+    Returns the folder of the diagnosis, within ``folder``.
+    """
+    sample, out = folder / "sample.toml", folder / "out"
+    sample.write_text(declared_text(name))
+    command = [sys.executable, "-m", "jaxink", "diagnose", str(data_file(name))]
+    command += ["--sample", str(sample), "--out", str(out), "--quiet", "--no-figures"]
+    done = subprocess.run(command, check=False)
+    report = read_report(out)
     report["exit_code"] = done.returncode
     report["source"] = f"{name}.csv"
     report["noise"] = report["noise"]["origin"]
     REPORTS.mkdir(exist_ok=True)
     (REPORTS / f"{name}.json").write_text(json.dumps(report, indent=1) + "\n")
-    print(f"{name}: {report['verdict']['code']} {report['verdict']['effects']}", flush=True)
+    print(f"{name}: {report['verdict']['code']} {report['verdict']['effects']}", file=sys.stderr)
+    return out
 
 
 def row(name: str, report: dict, truth: dict) -> list[str]:
@@ -169,7 +171,8 @@ def main() -> None:
     asked = sys.argv[1:]
     for name in names():
         if name in asked or (not asked and not (REPORTS / f"{name}.json").exists()):
-            diagnose(name)
+            with tempfile.TemporaryDirectory() as scratch:
+                diagnose(name, Path(scratch))
     rows = []
     for name in sorted(names(), key=lambda n: (not n.startswith("undeclared"), n)):
         file = REPORTS / f"{name}.json"

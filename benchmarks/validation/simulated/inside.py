@@ -3,7 +3,7 @@
 python -m benchmarks.validation.simulated.inside [NAME ...]
 
 Each case is diagnosed in a process of its own from its declared file alone; what was found is kept in
-inside/NAME.json. With names, only these are computed again. The section of simulated.md is written from
+inside/NAME.json, and its report with those of `diagnosis`. With names, only these are computed again. The section of simulated.md is written from
 all that is kept.
 """
 
@@ -17,8 +17,8 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.pages import machine, table, write_section
-from benchmarks.simulated_data import data_file, declared_text, names, truth_of
-from benchmarks.validation.simulated.diagnosis import EFFECT_OF, true_strengths, true_values
+from benchmarks.simulated_data import declared_text, names, truth_of
+from benchmarks.validation.simulated.diagnosis import EFFECT_OF, diagnose, true_strengths, true_values
 
 MARK = "inside the plate, by benchmarks.validation.simulated.inside"
 KEPT = Path(__file__).parent / "inside"
@@ -58,12 +58,7 @@ def examine(name: str) -> dict:
     from jaxink.ink.tabulate import TableOptions
 
     with tempfile.TemporaryDirectory() as scratch:
-        sample = Path(scratch) / "sample.toml"
-        sample.write_text(declared_text(name))
-        out = Path(scratch) / "report"
-        command = [sys.executable, "-m", "jaxink", "diagnose", str(data_file(name))]
-        command += ["--sample", str(sample), "--out", str(out), "--quiet", "--no-figures"]
-        subprocess.run(command, check=False)
+        out = diagnose(name, Path(scratch))
         found = jaxink.load_diagnosis(out)
         again = jaxink.load_sample(out)
         options = jaxink.FitOptions(profile="none", scan=False, config=found.corrected.config)
