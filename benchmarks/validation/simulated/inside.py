@@ -3,8 +3,8 @@
 python -m benchmarks.validation.simulated.inside [NAME ...]
 
 Each case is diagnosed in a process of its own from its declared file alone; what was found is kept in
-inside/NAME.json, and its report with those of `diagnosis`. With names, only these are computed again. The section of simulated.md is written from
-all that is kept.
+inside/NAME.json, and its report with those of `diagnosis`. With names, only these are computed again. The
+section of simulated.md is written from all that is kept.
 """
 
 import dataclasses
