@@ -24,7 +24,7 @@ _PIGMENTS = """
 Anatase and iron oxide red by name in one binder on a plate, {wavelengths} wavelengths from 400 to 700 nm,
 {points} values with noise of 0.5 % in reflection and transmission at two incidences. The values come from the
 forward model at an accuracy of 1e-5, ten times that of the fits (called so: they test fits and colours, not
-the model). CIEDE2000 for D65 and 2 degrees: of the measured directions in reflection, and in the last columns
+the model). CIEDE2000 for D65 and 2 degrees: of the measured directions, and in the last columns
 of the free ink in contact with a card, seen at 45:0, predicted against the true ink.
 
 {rows}
@@ -119,7 +119,7 @@ def pigments(kept: dict | None) -> str:
     if kept is None or not kept["ways"]:
         return ""
     places = list(next(iter(kept["ways"].values()))["predicted"])
-    heads = ["fit", "parameters", "reduced chi-square", "seconds", "measured against fitted"]
+    heads = ["fit", "parameters", "reduced chi-square", "seconds", "measured against fitted, R / T"]
     rows = []
     for way, one in kept["ways"].items():
         sides = one["measured_against_fitted"]
@@ -129,7 +129,7 @@ def pigments(kept: dict | None) -> str:
                 str(one["parameters"]),
                 f"{one['reduced_chi_square']:.3g}",
                 f"{one['seconds']:.0f}",
-                f"{sides['reflection']['mean']:.2f}",
+                " / ".join(f"{side['mean']:.2f}" for side in sides.values()),
                 *(f"{one['predicted'][place]:.2f}" for place in places),
             ]
         )
@@ -141,7 +141,9 @@ def pigments(kept: dict | None) -> str:
     return _PIGMENTS.format(
         wavelengths=kept["wavelengths"],
         points=kept["points"],
-        rows=table([*heads, *(f"{place.replace(' ', ' thickness ')}" for place in places)], rows),
+        rows=table(
+            [*heads, *(f"{place.replace(' over ', ' of the thickness, card of ')}" for place in places)], rows
+        ),
         found=" ".join(found),
     )
 

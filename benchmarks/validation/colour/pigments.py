@@ -21,7 +21,8 @@ from jaxink.measurement.reflectance_of_bsdf import diffuse_reflectance
 RESULTS = Path(__file__).parent / "pigments.json"
 WAVES = np.arange(400.0, 701.0, 10.0)
 TRUTH = {"ink.volume_fraction": 0.08, "ink.red.volume_fraction": 0.02}
-THICKNESS_UM, NOISE, SEED = 20.0, 0.005, 52
+# So thin that a card behind it is seen.
+THICKNESS_UM, NOISE, SEED = 4.0, 0.005, 52
 HEAD = f"""schema_version = 1
 title = "Simulated: anatase and iron oxide red"
 wavelength_nm = [{", ".join(f"{wave:g}" for wave in WAVES)}]
