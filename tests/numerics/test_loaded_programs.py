@@ -1,6 +1,8 @@
 """Programs in memory are dropped by age, and come back when they are called."""
 
 import gc
+import threading
+import time
 
 import jax
 import jax.numpy as jnp
@@ -83,6 +85,26 @@ def test_small_programs_of_unlike_work_do_not_pile_up(tmp_path, monkeypatch):
     # A user's function is not compiled again.
     own(2.0)
     assert len(traces) == 1
+
+
+def test_dropping_small_programs_disturbs_no_other_thread():
+    """A tuple that grows while something else holds it, such as a list of all objects, is a SystemError."""
+    stop, failed = threading.Event(), []
+
+    def grow():
+        try:
+            while not stop.is_set():
+                tuple(time.sleep(0) or i for i in range(50))
+        except SystemError as problem:
+            failed.append(problem)
+
+    thread = threading.Thread(target=grow)
+    thread.start()
+    for _ in range(20):
+        compiling._drop_small_programs()
+    stop.set()
+    thread.join()
+    assert not failed
 
 
 def test_too_many_mappings_drop_programs_by_age(counted, monkeypatch):

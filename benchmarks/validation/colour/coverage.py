@@ -11,7 +11,7 @@ import json
 from pathlib import Path
 
 import jaxink
-from benchmarks.validation.colour.pigments import HEAD, PIGMENTS, TRUTH, drawn, noise_free, truth
+from benchmarks.validation.colour.pigments import HEAD, PIGMENTS, TRUTH, WAVES, drawn, noise_free, truth
 from jaxink.colour import SampleSpectra
 
 RESULTS = Path(__file__).parent / "coverage.json"
@@ -24,7 +24,7 @@ def main() -> None:
     parser.add_argument("--draws", type=int, default=50)
     asked = parser.parse_args()
     clean, sample = noise_free(), jaxink.parse_sample(HEAD + PIGMENTS)
-    (true,) = SampleSpectra(truth(), [GEOMETRY]).colours("D65", 2, None)
+    (true,) = SampleSpectra(truth(), [GEOMETRY], WAVES).colours("D65", 2, None)
     kept = json.loads(RESULTS.read_text(encoding="utf-8")) if RESULTS.exists() else []
     for seed in range(len(kept), asked.draws):
         options = jaxink.FitOptions(profile="none", scan=False)

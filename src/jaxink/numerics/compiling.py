@@ -13,12 +13,12 @@ over a megabyte, too, for every shape of its arguments; those are dropped from t
 """
 
 import ctypes
-import gc
 import os
+import sys
 import threading
 import weakref
 from collections import OrderedDict
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Iterator
 from contextlib import suppress
 from functools import cache
 from typing import Any, Protocol, runtime_checkable
@@ -284,12 +284,29 @@ LOADED = LoadedPrograms()
 def _drop_small_programs() -> None:
     """Drop the programs of JAX's own functions, for all shapes; a user's compiled functions keep theirs.
 
-    JAX compiles them again, or loads them from the store, which takes milliseconds each.
+    JAX compiles them again, or loads them from the store, which takes milliseconds each. They are sought
+    where JAX has them. A list of all objects (`gc.get_objects`) would hold tuples that other threads are
+    making, which is a SystemError there.
     """
+    with suppress(ImportError, AttributeError):
+        # One function for each primitive that is called outside any program.
+        from jax._src.dispatch import xla_primitive_callable
+
+        xla_primitive_callable.cache_clear()
     jitted: Any = type(jax.jit(abs))
-    for function in gc.get_objects():
-        if type(function) is jitted and str(getattr(function, "__module__", "")).split(".")[0] == "jax":
-            function.clear_cache()
+    for name, module in list(sys.modules.items()):
+        if name.split(".")[0] == "jax":
+            for thing in list(getattr(module, "__dict__", {}).values()):
+                for function in (thing, *_parts(thing)):
+                    if type(function) is jitted:
+                        function.clear_cache()
+
+
+def _parts(thing: Any) -> Iterator[Any]:
+    """What a ufunc of JAX is made of: functions in a dictionary in its own."""
+    for part in list(getattr(thing, "__dict__", {}).values()):
+        if type(part) is dict:
+            yield from list(part.values())
 
 
 def _return_freed_memory() -> None:
