@@ -70,6 +70,8 @@ def true_strengths(truth: dict) -> dict[str, float]:
     effects, found = truth["effects"], {}
     if "E1" in effects:
         found["ink.back_roughness.sigma_deg"] = effects["E1"]["sigma_deg"]
+    if "E3" in effects:
+        found["ink.structure_factor_weight"] = 1.0
     if "E4" in effects:
         (_, _), (share, ratio) = effects["E4"]["patches"]
         found |= {"thin_patches.share": share, "thin_patches.thickness_ratio": ratio}

@@ -24,7 +24,7 @@ MARK = "inside the plate, by benchmarks.validation.simulated.inside"
 KEPT = Path(__file__).parent / "inside"
 _WRONG_PERCENT = 1.0
 # Effects of the truth files that are properties of the ink.
-OF_THE_INK = ("E1", "E2", "E4", "E10", "E14", "E15")
+OF_THE_INK = ("E1", "E2", "E3", "E4", "E10", "E14", "E15")
 
 
 def true_sample(name: str):
@@ -154,8 +154,8 @@ Error of the ink's BSDF, as exported, against that of the true ink, in per cent:
 brackets the largest, over all pairs of directions up to 75 degrees from the normal, by the declared model
 and by the corrected model that `jaxink diagnose` writes ({machine()};
 `python -m benchmarks.validation.simulated.inside`). I is the side of the plate, A that of the air. The true
-ink includes the undeclared effects that are its own properties (rough face, sizes of the particles, patches,
-second lobe, index, air gap), but not those of instrument, plate and backing. The last column is chi-square
+ink includes the undeclared effects that are its own properties (rough face, sizes and density of the particles,
+patches, second lobe, index, air gap), but not those of instrument, plate and backing. The last column is chi-square
 of a fit from the written `sample.toml` minus that of the corrected model.
 
 {table([*header, "refit"], rows)}
