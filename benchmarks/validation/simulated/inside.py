@@ -154,8 +154,9 @@ Error of the ink's BSDF, as exported, against that of the true ink, in per cent:
 brackets the largest, over all pairs of directions up to 75 degrees from the normal, by the declared model
 and by the corrected model that `jaxink diagnose` writes ({machine()};
 `python -m benchmarks.validation.simulated.inside`). I is the side of the plate, A that of the air. The true
-ink includes the undeclared effects that are its own properties (rough face, sizes and density of the particles,
-patches, second lobe, index, air gap), but not those of instrument, plate and backing. The last column is chi-square
+ink includes the undeclared effects that are its own properties (rough face, sizes and density of the
+particles, patches, second lobe, index, air gap), but not those of instrument, plate and backing. The last
+column is chi-square
 of a fit from the written `sample.toml` minus that of the corrected model.
 
 {table([*header, "refit"], rows)}
