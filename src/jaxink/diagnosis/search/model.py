@@ -1,7 +1,9 @@
 """The declared model with the effects accepted so far, fitted to the measurement."""
 
 import dataclasses
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager, nullcontext
 from functools import cached_property
 from typing import NamedTuple
 
@@ -13,9 +15,9 @@ from jaxink.diagnosis.search.direction import Direction
 from jaxink.diagnosis.search.problem import MODEL, SearchProblem
 from jaxink.diagnosis.statistics.projection import Projection, orthonormal_range
 from jaxink.diagnosis.statistics.structure import StructureResult, find_structure
-from jaxink.effects import Effect, Listed, extend, own_error, undivided
+from jaxink.effects import AreaWithOtherValues, Effect, Listed, extend, own_error, undivided
 from jaxink.errors import NotFiniteError
-from jaxink.numerics.precision import release_programs
+from jaxink.numerics.precision import computing, release_programs
 
 # A parameter closer than this many standard errors to a bound counts as being at the bound.
 _NEAR_BOUND = 1e-6
@@ -65,6 +67,28 @@ class CandidateObjectives:
                 (*self._accepted, *together), n_slots, added_at_once=added
             )
         return self._own[effect.program]
+
+    @contextmanager
+    def compiled_meanwhile(self, values: dict[str, float]) -> Iterator[None]:
+        """Compile programs that a screen will need in a thread, one after the other, during a fit.
+
+        It shortens the first diagnosis of a sample by a tenth on two cores. What fails fails again in the
+        screen, where it is noted.
+        """
+
+        def predict(effect: Effect) -> None:
+            if not self._problem.deadline.is_over:
+                with computing():
+                    self.of(effect).predict(values)
+
+        with ThreadPoolExecutor(1) as pool:
+            for effects in screened_programs(self._listed):
+                if not isinstance(effects[0], AreaWithOtherValues):
+                    pool.submit(predict, effects[0])
+            try:
+                yield
+            finally:
+                pool.shutdown(wait=True, cancel_futures=True)
 
     def release(self, kept: CandidateObjective) -> None:
         """Drop the compiled programs, except those of one objective."""
@@ -198,12 +222,15 @@ def fit_model(
         The model has no finite derivatives even without candidates.
     """
     if objective is not None:
-        return _fitted(problem.without_candidates(), accepted, start, Listed((), {}), objective)
+        return _fitted(problem.without_candidates(), accepted, start, Listed((), {}), objective, False)
 
     def with_candidates(names: Sequence[str]) -> FittedModel:
         part = problem.with_candidates(names)
         listed = part.listed(accepted)
-        return _fitted(problem, accepted, start, listed, part.shared_objective(accepted, listed))
+        # Of a later model, there may be nothing left to look for.
+        is_screened = not accepted and len(names) == len(problem.catalogue)
+        shared = part.shared_objective(accepted, listed)
+        return _fitted(problem, accepted, start, listed, shared, is_screened)
 
     names = [candidate.name for candidate in problem.catalogue]
     parts = problem.failures.in_parts(lambda some: [(some, with_candidates(some))], names, MODEL)
@@ -218,17 +245,29 @@ def _fitted(
     start: dict[str, float],
     listed: Listed,
     objective: CandidateObjective,
+    is_screened: bool,
 ) -> FittedModel:
     free = objective.base_free + tuple(term.name for effect in accepted for term in effect.terms)
-    solution = objective.fit(start, free)
+    objectives = CandidateObjectives(problem, accepted, listed, objective)
+    with objectives.compiled_meanwhile(start) if is_screened else nullcontext():
+        solution = objective.fit(start, free)
     linearised = objective.linearised(solution.values, free)
     jacobian, residual = linearised.derivatives
     # One derivative that is not finite invalidates those of all parameters of a program.
     if not np.all(np.isfinite(jacobian)):
         at = ", ".join(f"{name} = {solution.values[name]:g}" for name in free)
         raise NotFiniteError(f"the model or its derivatives are not finite at {at}")
-    objectives = CandidateObjectives(problem, accepted, listed, objective)
     return FittedModel(problem, accepted, listed, objectives, solution, linearised, jacobian, residual)
+
+
+def screened_programs(listed: Listed) -> list[list[Effect]]:
+    """Candidates that are screened by programs of their own, by program.
+
+    Neighbours in the catalogue share tables, so that one would wait for the other: they are apart.
+    """
+    programs = by_program(e for e in listed.forms if e.own_program and e.is_screened)
+    neighbours = list(programs.values())
+    return [*neighbours[::2], *neighbours[1::2]]
 
 
 def by_program(effects: Iterable[Effect]) -> dict[str | None, list[Effect]]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from jaxink.diagnosis.search.deadline import OptionalTask
 from jaxink.diagnosis.search.direction import SCREEN, Direction, secants, tangents
-from jaxink.diagnosis.search.model import FittedModel, by_program
+from jaxink.diagnosis.search.model import FittedModel, screened_programs
 from jaxink.diagnosis.search.refit import Refits
 from jaxink.diagnosis.statistics.candidate import Candidate, ScreenResult
 from jaxink.diagnosis.statistics.screen import screen
@@ -95,7 +95,7 @@ def _may_screen(model: FittedModel, effects: Iterable[Effect]) -> bool:
 def _all_secants(model: FittedModel) -> list[Direction]:
     """Directions of the candidates with programs of their own, two programs at a time."""
     problem, number = model.problem, itertools.count(1)
-    programs = by_program(e for e in model.listed.forms if e.own_program and e.is_screened)
+    programs = screened_programs(model.listed)
 
     def of(effects: list[Effect]) -> list[Direction]:
         found: list[Direction] = []
@@ -109,10 +109,7 @@ def _all_secants(model: FittedModel) -> list[Direction]:
                 found += secants(model.objective, _predicting(model, effect), model.solution, effect)
         return found
 
-    # Neighbours in the catalogue share tables, so one would wait for the other.
-    neighbours = list(programs.values())
-    apart = [*neighbours[::2], *neighbours[1::2]]
-    return [direction for directions in in_threads(of, apart) for direction in directions]
+    return [direction for directions in in_threads(of, programs) for direction in directions]
 
 
 def _predicting(model: FittedModel, effect: Effect):
