@@ -8,6 +8,7 @@ from pathlib import Path
 
 from benchmarks.pages import REPOSITORY, filled, table
 from benchmarks.validation.colour.coloured_ink import RESULTS as COLOURED
+from benchmarks.validation.colour.coverage import RESULTS as COVERAGE
 from benchmarks.validation.colour.outside import RESULTS as OUTSIDE
 from benchmarks.validation.colour.pigments import RESULTS as PIGMENTS
 from jaxink.numerics.digits import with_uncertainty
@@ -138,6 +139,16 @@ def pigments(kept: dict | None) -> str:
         one = kept["ways"]["pigments"]
         each = (f"{n} {with_uncertainty(v, one['errors'][n])}" for n, v in one["values"].items())
         found.append(f"Concentrations by the pigment fit: {', '.join(each)}; true are 0.08 and 0.02.")
+    draws = read(COVERAGE) or []
+    if draws:
+        inside = (
+            f"{name} {sum(abs(draw['distances'][name]) <= 1 for draw in draws)}"
+            for name in draws[0]["distances"]
+        )
+        found.append(
+            f"Of {len(draws)} draws of the noise, the pigment fit is within one standard error of the truth "
+            f"in (68 % are expected; two parameters determine all numbers): {', '.join(inside)}."
+        )
     return _PIGMENTS.format(
         wavelengths=kept["wavelengths"],
         points=kept["points"],
@@ -151,7 +162,7 @@ def pigments(kept: dict | None) -> str:
 def missing(kept: dict, kept_outside: dict, kept_pigments: dict | None) -> str:
     """What was asked for and is not here."""
     lines = [
-        "Coverage of the error bars of colours in repeated draws, and the two-pigment ink by a Monte Carlo.",
+        "The two-pigment ink by a Monte Carlo, and the coverage of the error bars of free fits.",
         "Real prints and paints, several thicknesses or cards of which are predicted.",
         "The diagnosis on spectra of an ink that declares a wrong pigment.",
         "Time and memory up to 401 wavelengths; [performance.md](performance.md) has them up to 41.",

@@ -26,7 +26,7 @@ THICKNESS_UM, NOISE, SEED = 4.0, 0.005, 52
 HEAD = f"""schema_version = 1
 title = "Simulated: anatase and iron oxide red"
 wavelength_nm = [{", ".join(f"{wave:g}" for wave in WAVES)}]
-noise = {{ use_file_sigma = true }}
+noise = {{ use_file_sigma = true, scan_relative = 0 }}
 [[layers]]
 name = "plate"
 kind = "clear"
