@@ -11,6 +11,7 @@ import typer
 
 import jaxink
 from jaxink.cli import session
+from jaxink.cli.one_measurement import is_described
 from jaxink.cli.session import ExitCode
 from jaxink.errors import InputRefusedError
 from jaxink.files.writing import require_folder
@@ -80,7 +81,7 @@ def run_export(source: Path, layers: Sequence[str], sampling: dict[str, Any], ta
         from jaxink.ink import TableOptions, find_ink
         from jaxink.sample import Sample
 
-        described = jaxink.load_sample(source) if _is_sample(source) else jaxink.load_result(source)
+        described = jaxink.load_sample(source) if is_described(source) else jaxink.load_result(source)
         chosen = list(layers) or None
         table = jaxink.ink_table(described, chosen, options=TableOptions(**sampling))
         sample = described if isinstance(described, Sample) else described.sample
@@ -88,16 +89,12 @@ def run_export(source: Path, layers: Sequence[str], sampling: dict[str, Any], ta
         if remark is not None:
             table.attrs["printed_dots"] = remark
     with _advised(target, options, sampling, table):
-        start = " with the start values of its free parameters" * _is_sample(source)
+        start = " with the start values of its free parameters" * is_described(source)
         _write(table, target, options, f"Ink of {source}{start}")
     warning = warning_of(table)
     if warning is not None and not target.quiet:
         typer.echo(f"Warning: the ink is that of a fit that is not sound. {warning}", err=True)
     return ExitCode.FITTED
-
-
-def _is_sample(source: Path) -> bool:
-    return source.suffix == ".toml" and not os.path.isdir(source)
 
 
 def _read_table(source: Path, layers: Sequence[str], sampling: dict[str, Any]) -> "InkTable":
@@ -116,7 +113,7 @@ def _foresee(
     from jaxink.export import LossRefusedError, refuse_expected
     from jaxink.ink import InkChoice, SavedFit, UnclearInkError, expected_table, find_ink, read_saved_fit
 
-    if _is_sample(source):
+    if is_described(source):
         sample = jaxink.load_sample(source)
         saved: SavedFit | None = SavedFit(sample, sample.wavelengths_nm, has_standard_errors=False)
     else:

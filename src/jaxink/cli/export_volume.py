@@ -8,6 +8,7 @@ import typer
 
 import jaxink
 from jaxink.cli import session
+from jaxink.cli.one_measurement import is_described
 from jaxink.cli.session import ExitCode
 from jaxink.errors import InputRefusedError, require_one_of
 from jaxink.files.writing import require_folder
@@ -40,7 +41,7 @@ def run_volume(
 
     require_one_of("format", format, VOLUME_FORMATS)
     require_folder(out)
-    if source.suffix == ".toml" and not source.is_dir():
+    if is_described(source):
         sample = jaxink.load_sample(source)
         wavelengths = list(sample.wavelengths_nm)
     else:

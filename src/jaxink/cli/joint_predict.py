@@ -9,6 +9,7 @@ import typer
 
 import jaxink
 from jaxink.cli import session
+from jaxink.cli.one_measurement import is_described
 from jaxink.cli.predict import write_prediction
 from jaxink.cli.session import ExitCode
 from jaxink.display.brief import counted
@@ -48,7 +49,7 @@ def run_joint_predict(
             "give a folder, or add --measurement NAME."
         )
     require_folder(out)
-    is_project = source.suffix == ".toml"
+    is_project = is_described(source)
     wanted = _of_project(source) if is_project else _of_result(source, accuracy)
     with whole_folder(out) as folder:
         for name, (data, sample, config) in wanted.items():

@@ -16,9 +16,14 @@ from jaxink.files.result_folder import (
 from jaxink.sample import document_of, text_of
 
 
+def is_described(source: Path) -> bool:
+    """Whether a path is the TOML file of a sample or project, and not a result."""
+    return source.suffix == ".toml" and not os.path.isdir(source)
+
+
 def is_of_many(source: Path) -> bool:
     """Whether a path is a joint fit, or a TOML file with measurements."""
-    if source.suffix != ".toml" or os.path.isdir(source):
+    if not is_described(source):
         return _is_joint(source)
     return "measurements" in document_of(text_of(source, "sample"), str(source))
 

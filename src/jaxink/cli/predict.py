@@ -1,7 +1,6 @@
 """``jaxink predict``."""
 
 import csv
-import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,6 +9,7 @@ import typer
 
 import jaxink
 from jaxink.cli import session
+from jaxink.cli.one_measurement import is_described
 from jaxink.cli.session import ExitCode
 from jaxink.errors import InputRefusedError
 from jaxink.files.reading import shown_path
@@ -45,7 +45,7 @@ def run_predict(
             f"{shown_path(out)}: the suffix '{out.suffix}' names no format; it must be .csv or .nc."
         )
     require_file(out)
-    is_sample = source.suffix == ".toml" and not os.path.isdir(source)
+    is_sample = is_described(source)
     if is_sample and not data_files:
         raise InputRefusedError(
             f"{source}: a sample file has no directions; give a measurement after it, whose rows are then "
