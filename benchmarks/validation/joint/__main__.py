@@ -13,7 +13,17 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.pages import filled, machine, table, write_page
-from benchmarks.validation.joint import cost, discs, four, lacking, next_one, pull, real, three_readings
+from benchmarks.validation.joint import (
+    cost,
+    discs,
+    four,
+    lacking,
+    next_one,
+    pull,
+    real,
+    spheres,
+    three_readings,
+)
 from jaxink.numerics.digits import percent, rounded, with_uncertainty
 
 RESULTS = Path(__file__).with_name("results.json")
@@ -54,6 +64,11 @@ def _rows() -> Iterator[tuple[str, str, Callable[[], dict | list]]]:
     for name in real.SAMPLES:
         yield "real", name, lambda name=name: real.fitted(name)
     yield "real", discs.NAME, discs.fitted
+    for name in spheres.SERIES:
+        yield "real", name, lambda name=name: spheres.series_fitted(name)
+    yield "real", spheres.LOST, spheres.share_beside_port
+    for name in spheres.PHANTOMS:
+        yield "real", name, lambda name=name: spheres.phantom_fitted(name)
 
 
 def _make(task: str, results: dict) -> None:
@@ -78,7 +93,8 @@ def _write_page(results: dict) -> None:
     made |= {"cost": _cost(results), "machine": machine(), "summary": _summary(results)}
     made |= {
         "real": _real(results),
-        "discs": _discs(results),
+        "discs": discs.told(results.get(discs.NAME)),
+        "spheres": spheres.told(results),
         "readings": _readings(results),
         "next": _next(results),
     }
@@ -200,28 +216,6 @@ def _lacking(results: dict) -> str:
     heads = ["not declared", "named first, where it is", "other names"]
     heads += ["reduced chi-square, declared : corrected", "largest distance from the truth, s.e., likewise"]
     return table([*heads, "seconds"], rows)
-
-
-def _discs(results: dict) -> str:
-    """The stacks of discs as one project, beside the fit by hand."""
-    found = results.get(discs.NAME)
-    if found is None:
-        return "The stacks of discs were not fitted."
-    scattering = with_uncertainty(found["reduced_scattering_per_mm"], found["standard_error"])
-    absorption = with_uncertainty(found["absorption_per_mm"], found["absorption_standard_error"])
-    pulls = ", ".join(
-        f"{name.split('/')[0].removeprefix('stack_')} um {pull:+.1f}"
-        for name, pull in found["thickness_pulls"].items()
-    )
-    return (
-        f"`{discs.NAME}`: transmittances of stacks of discs, {found['points']} measurements of one reading "
-        "each, eight specimens and three instruments: one slab with a free gain for each angle, and the "
-        "thickness of each stack free with its stated error as prior. Reduced scattering "
-        f"{scattering} 1/mm, absorption {absorption} 1/mm, chi-square with priors "
-        f"{found['chi_square_with_priors']:.1f}. By hand, the error of the thickness propagated into the "
-        "covariance, they are 4.4(8), 0.0035(16) and 44.3 ([measured totals](measured-totals.md)). The "
-        f"thicknesses move by, in standard deviations of the prior: {pulls}. {found['agreement']}"
-    )
 
 
 def _real(results: dict) -> str:

@@ -12,6 +12,7 @@ from pathlib import Path
 import jaxink
 from benchmarks.pages import data_folder
 from jaxink.fitting import FitOptions
+from jaxink.numerics.digits import with_uncertainty
 from jaxink.projects import parse_project
 
 NAME, FILE = "ptfe_discs_rt_uzh", "rt_vs_thickness.csv"
@@ -100,3 +101,24 @@ def fitted() -> dict:
         "agreement": result.agreement and result.agreement.sentence,
         "noise": ptfe.noise_sentence,
     }
+
+
+def told(found: dict | None) -> str:
+    """The stacks of discs as one project, beside the fit by hand."""
+    if found is None:
+        return "The stacks of discs were not fitted."
+    scattering = with_uncertainty(found["reduced_scattering_per_mm"], found["standard_error"])
+    absorption = with_uncertainty(found["absorption_per_mm"], found["absorption_standard_error"])
+    pulls = ", ".join(
+        f"{name.split('/')[0].removeprefix('stack_')} um {pull:+.1f}"
+        for name, pull in found["thickness_pulls"].items()
+    )
+    return (
+        f"`{NAME}`: transmittances of stacks of discs, {found['points']} measurements of one reading "
+        "each, eight specimens and three instruments: one slab with a free gain for each angle, and the "
+        "thickness of each stack free with its stated error as prior. Reduced scattering "
+        f"{scattering} 1/mm, absorption {absorption} 1/mm, chi-square with priors "
+        f"{found['chi_square_with_priors']:.1f}. By hand, the error of the thickness propagated into the "
+        "covariance, they are 4.4(8), 0.0035(16) and 44.3 ([measured totals](measured-totals.md)). The "
+        f"thicknesses move by, in standard deviations of the prior: {pulls}. {found['agreement']}"
+    )
