@@ -37,7 +37,7 @@ FLOOR_OF = {room: floor for floor, rooms in enumerate(FLOORS) for room in rooms}
 # Rooms of tools, each module of which is its own face.
 TOOLS = {"errors", "files", "numerics", "display"}
 # Of the diagnosis, from the bottom to the top.
-DIAGNOSIS = ("policy", "statistics", "search", "joint", "findings", "procedure")
+DIAGNOSIS = ("policy", "statistics", "search", "findings", "joint", "procedure")
 MODULES = sorted(p for p in SOURCE.rglob("*.py") if p != SOURCE / "__init__.py")
 INNER = [p for p in MODULES if p.is_relative_to(SOURCE / "diagnosis") and p.parent.parent != SOURCE]
 INNER += [SOURCE / "diagnosis" / f"{name}.py" for name in ("policy", "procedure")]

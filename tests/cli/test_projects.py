@@ -77,7 +77,12 @@ def test_a_project_is_diagnosed(run, project_folder, tmp_path):  # noqa: F811
     assert done.exit_code == 0, done.output
     assert "fits all measurements as it is" in done.stdout
     assert (out / "joint_report.json").exists()
-    assert all((out / name / "joint.json").exists() for name in ("declared", "corrected"))
+    page = (out / "report.html").read_text()
+    assert "no_misfit" in page
+    for name in ("declared", "corrected"):
+        assert (out / name / "joint.json").exists()
+        assert (out / name / "report.html").exists()
+        assert f'href="{name}/report.html"' in page
 
 
 def test_the_plan_is_printed_and_written(run, project_folder, tmp_path):  # noqa: F811

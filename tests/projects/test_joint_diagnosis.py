@@ -1,6 +1,7 @@
 """The diagnosis of several measurements names an effect, and where it is."""
 
 import dataclasses
+import html
 
 import pytest
 
@@ -9,6 +10,8 @@ from jaxink.diagnosis import DiagnosisOptions, JointDiagnosis
 from jaxink.diagnosis.joint.search import owners
 from jaxink.effects import CATALOGUE, Case, Scene
 from jaxink.files.encoding import json_text
+from jaxink.numerics.digits import rounded
+from jaxink.report import write_joint_diagnosis_page
 from tests.projects.conftest import as_simulated
 
 # Effects that fit what the others leave, and need no program of their own, so that all is fast.
@@ -74,6 +77,22 @@ def test_it_is_saved_with_both_fits(with_gain, tmp_path):
     assert report.read_text() == json_text(with_gain.to_dict()) + "\n"
     loaded = jaxink.load_joint_result(tmp_path / "out" / "corrected")
     assert loaded.to_dict() == with_gain.corrected.to_dict()
+
+
+def test_its_page_tells_effects_and_leads_to_both_fits(with_gain, tmp_path):
+    with_gain.save(tmp_path)
+    pages = write_joint_diagnosis_page(with_gain, tmp_path, formats=())
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert tmp_path / "report.html" in pages
+    assert html.escape(with_gain.sentence) in page
+    assert html.escape(with_gain.steps[0].sentence) in page
+    for name, result in (("declared", with_gain.declared), ("corrected", with_gain.corrected)):
+        assert f'href="{name}/report.html"' in page
+        own = (tmp_path / name / "report.html").read_text(encoding="utf-8")
+        assert html.escape(result.verdict.sentence) in own
+        # Chi-square of both models stands side by side.
+        for one in result.measurements.values():
+            assert rounded(one.merit.chi_square, 5) in page
 
 
 def test_owners_of_effects(project):

@@ -11,7 +11,7 @@ from jaxink.cli.fit_tables import console, parameter_table, show_files
 from jaxink.cli.session import ExitCode
 from jaxink.errors import InputRefusedError
 from jaxink.files.encoding import json_text
-from jaxink.files.result_folder import CORRECTED, DECLARED, require_not_replaced
+from jaxink.files.result_folder import require_not_replaced
 from jaxink.files.writing import require_folder
 from jaxink.numerics.failures import Failures
 
@@ -36,12 +36,11 @@ def run_joint_diagnose(
     with session.progress(quiet=output != "tables") as follow:
         found = jaxink.diagnose(project, options=options, progress=follow)
     report = found.save(out)
-    formats, failures, pages = ("png",) if with_figures else (), Failures(), list[Path]()
-    for name, result in ((DECLARED, found.declared), (CORRECTED, found.corrected)):
-        with failures.sparing("the page of the {} fit", name):
-            from jaxink.report import write_joint_page
+    failures, pages = Failures(), list[Path]()
+    with failures.sparing("the page of the diagnosis", ""):
+        from jaxink.report import write_joint_diagnosis_page
 
-            pages += write_joint_page(result, out / name, formats, failures)
+        pages = write_joint_diagnosis_page(found, out, ("png",) if with_figures else (), failures)
     session.show_failures(failures)
     if output == "json":
         typer.echo(json_text(found.to_dict()))
@@ -56,6 +55,6 @@ def run_joint_diagnose(
         to.print(parameter_table(rows, found.corrected.verdict.standard_errors_hold))
         for failure in found.failures:
             to.print(failure.sentence, soft_wrap=True)
-        # Those of the measurements are many; their pages lead to them.
-        show_files(to, [report, *(page for page in pages if page.parent.parent == out)])
+        # Those of the fits and of their measurements are many; the page leads to them.
+        show_files(to, [report, *(page for page in pages if page.parent == out)])
     return ExitCode.UNEXPLAINED if found.structure_remains else ExitCode.FITTED

@@ -65,12 +65,12 @@ def write_joint_page(
         content = {PAGE_FILE: fit_page(one, picture, missing=own.found, name=name).encode()}
         content |= {f"{FIGURE_FOLDER}/{figure}": data for figure, data in drawn.items()}
         with failures.sparing("the writing of the page of measurement {}", name):
-            files += _write(place, content)
+            files += write_files(place, content)
         for failure in own.found:
             failures.note(failure.part, f"{name}: {failure.name}", failure.reason)
     text = joint_page(result, overviews, joint_next_steps(result, folder), failures.found)
     with failures.sparing("the writing of the page", ""):
-        files += _write(folder, {PAGE_FILE: text.encode()})
+        files += write_files(folder, {PAGE_FILE: text.encode()})
     return sorted(files)
 
 
@@ -140,7 +140,8 @@ def _measurement(name: str, one: FitResult | ReadingsResult, overviews: Mapping[
     return html.section(f"Measurement {name}", paragraph(one.verdict.sentence), picture, link)
 
 
-def _write(folder: Path, content: Mapping[str, bytes]) -> list[Path]:
+def write_files(folder: Path, content: Mapping[str, bytes]) -> list[Path]:
+    """Replace page and figures of a folder by these, all or none, and return their paths."""
     with whole_folder(folder, owned=(FIGURE_FOLDER, PAGE_FILE)) as part:
         for name, data in content.items():
             (part / name).parent.mkdir(exist_ok=True)

@@ -121,6 +121,9 @@ def joint_next_steps(result: JointResult, folder: str | Path) -> list[NextStep]:
         look = places / odd / "report.html"
         return [NextStep(f"Look at the measurement '{odd}' ({look}), correct or remove it, and fit again.")]
     caution = " (the model does not fit yet)" if result.verdict.is_misfit else ""
+    if result.verdict.is_misfit and bsdfs:
+        diagnose = _command("diagnose", "PROJECT.toml", "--out", f"{folder}-report")
+        return [NextStep("Find what the model lacks:", diagnose)]
     if not bsdfs:
         sample = str(places / next(iter(result.measurements)) / SAMPLE_FILE)
         predict = _command("predict", sample, "OTHER.csv", "--out", "predicted.csv")

@@ -3,6 +3,7 @@
 import dataclasses
 from typing import Any, ClassVar
 
+from jaxink.diagnosis.findings.verdict import VerdictCode
 from jaxink.display.brief import brief_repr, counted
 from jaxink.display.card import Card, CardTable, Presented
 from jaxink.files.encoding import SavedInFolder, plain
@@ -97,8 +98,15 @@ class JointDiagnosis(SavedInFolder, Presented):
         return self.corrected.verdict.is_misfit or disagree
 
     @property
+    def code(self) -> VerdictCode:
+        """The verdict as one word."""
+        if self.steps:
+            return VerdictCode.PARTLY_EXPLAINED if self.structure_remains else VerdictCode.EXPLAINED
+        return VerdictCode.UNEXPLAINED_STRUCTURE if self.structure_remains else VerdictCode.NO_MISFIT
+
+    @property
     def sentence(self) -> str:
-        """The verdict."""
+        """The verdict as a sentence."""
         looked = f"none of {counted(self.n_candidates, 'cause')} that were looked at"
         if not self.steps:
             if not self.n_candidates:
@@ -137,6 +145,7 @@ class JointDiagnosis(SavedInFolder, Presented):
         """Plain data, as in ``joint_report.json``."""
         return {
             "schema_version": SCHEMA_VERSION,
+            "code": self.code.value,
             "verdict": self.sentence,
             "structure_remains": self.structure_remains,
             "causes_looked_at": self.n_candidates,
