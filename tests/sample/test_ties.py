@@ -9,6 +9,7 @@ import pytest
 from jaxink.sample import parse_sample, sample_from_dict, sample_to_dict
 from jaxink.sample.parameters import Parameter, ParameterTable
 from jaxink.sample.ties import evaluate_tie
+from jaxink.sample.writing import sample_text
 from tests.samples import GOOD_SAMPLE, edited
 
 ABSURD = [
@@ -104,3 +105,57 @@ def test_circles_are_refused_by_those_that_form_them(refused):
     table = [Parameter(name, math.nan, tie=tie) for name, tie in (("a", "b"), ("b", "c"), ("c", "b"))]
     with refused("b", "c"):
         ParameterTable(table)
+
+
+BY_WAVELENGTH = """
+schema_version = 1
+wavelength_nm = [500, 550.5, 600]
+[[layers]]
+name = "ink"
+kind = "scattering"
+phase_function = "henyey_greenstein"
+refractive_index = 1.5
+thickness_um = 50
+scattering_per_mm = { per_wavelength = true, free = true, value = [10, 12, 14], min = 1, max = 100 }
+absorption_per_mm = { per_wavelength = true, tie = "0.02 * ink.scattering_per_mm + 1e-3*ink.thickness_um" }
+asymmetry_parameter = { tie = "ink.scattering_per_mm@550.5 / 20" }
+"""
+
+
+def test_ties_by_wavelength_name_the_values_there():
+    sample = parse_sample(BY_WAVELENGTH)
+    values = sample.parameters.values_with({"ink.scattering_per_mm@600": 20.0})
+    absorption = [values[f"ink.absorption_per_mm@{nm}"] for nm in ("500", "550.5", "600")]
+    assert absorption == pytest.approx([0.25, 0.29, 0.45])
+    assert values["ink.asymmetry_parameter"] == pytest.approx(0.6)
+    assert parse_sample(sample_text(sample)).parameters == sample.parameters
+
+
+def test_only_what_no_other_wavelength_uses_is_of_one_wavelength():
+    sample = parse_sample(BY_WAVELENGTH)
+    free = [p.name for p in sample.parameters.free]
+    assert set(sample.own_wavelengths(free, sample.wavelengths_nm).values()) == {500.0, 600.0}
+    # Through a value at the same wavelength that is used at all of them.
+    chain = edited(BY_WAVELENGTH, ("ink.scattering_per_mm@550.5 / 20", "ink.absorption_per_mm@600"))
+    found = parse_sample(chain).own_wavelengths(free, (500.0, 550.5, 600.0))
+    assert set(found.values()) == {500.0, 550.5}
+
+
+def test_the_mean_of_a_shape_is_named_by_values_at_the_wavelength():
+    shaped = edited(
+        BY_WAVELENGTH,
+        (
+            "{ per_wavelength = true, free = true, value = [10, 12, 14], min = 1, max = 100 }",
+            "{ value = 12, shape = [1, 2, 3] }",
+        ),
+    )
+    values = parse_sample(shaped).parameters.values_with({})
+    assert values["ink.absorption_per_mm@600"] == pytest.approx(0.02 * 18 + 0.05)
+
+
+@pytest.mark.parametrize(
+    "tie", ["ink.scattering_per_mm", "ink.scattering_per_mm@700", "2@500", "ink.thickness_um@500"]
+)
+def test_a_tie_to_no_value_at_a_wavelength_is_refused(tie, refused_sample):
+    text = edited(BY_WAVELENGTH, ("ink.scattering_per_mm@550.5 / 20", tie))
+    refused_sample(text, "ink.asymmetry_parameter", tie)

@@ -155,8 +155,6 @@ class Sample(Presented):
     def own_wavelengths(self, names: Collection[str], wavelengths_nm: Sequence[float]) -> dict[str, float]:
         """Wavelength of each of some parameters that no value at another one depends on.
 
-        Ties cannot name them.
-
         Parameters
         ----------
         names
@@ -164,9 +162,22 @@ class Sample(Presented):
         wavelengths_nm
             Wavelengths at which the sample is evaluated.
         """
+
+        def at_of(name: str) -> str:
+            return name.partition("@")[2]
+
         waves = {f"{wave:g}": wave for wave in wavelengths_nm}
-        at = {name: name.partition("@")[2] for name in names}
-        return {name: waves[wave] for name, wave in at.items() if wave in waves}
+        at = {name: at_of(name) for name in names}
+        # What ties use at another wavelength than their own, and what that in turn is tied to.
+        tied = {name: self.parameters.tied_to(name) for name in self.parameters}
+        pending = [o for name, used in tied.items() for o in used if at_of(name) != at_of(o)]
+        elsewhere = set[str]()
+        while pending:
+            name = pending.pop()
+            if name not in elsewhere:
+                elsewhere.add(name)
+                pending += tied[name]
+        return {name: waves[wave] for name, wave in at.items() if wave in waves and name not in elsewhere}
 
     def replace(self, values: Mapping[str, float] | None = None, /, **more: float) -> "Sample":
         """The sample with other values of some parameters; parameters that are tied to them follow.

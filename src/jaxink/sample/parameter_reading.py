@@ -21,6 +21,7 @@ from jaxink.sample.entries import (
 )
 from jaxink.sample.parameters import Parameter
 from jaxink.sample.schema import Quantity
+from jaxink.sample.ties import at_wavelength
 
 # Quantities that are the same in light of any wavelength.
 _WITHOUT_SPECTRUM = (
@@ -47,8 +48,21 @@ class ParameterReader:
     def __init__(self, wavelengths_nm: tuple[float, ...], folder: Path | None = None):
         self.wavelengths_nm = wavelengths_nm
         self.folder = folder or Path()
-        self.parameters: list[Parameter] = []
         self.dispersions: list[Dispersion] = []
+        self._parameters: list[Parameter] = []
+        # Ties of values at the wavelengths, whose names are completed when all are known.
+        self._wavelength_of: dict[str, float] = {}
+
+    @property
+    def parameters(self) -> list[Parameter]:
+        """All that were read; the tie of a value at a wavelength names the values at this wavelength."""
+        names = {p.name for p in self._parameters}
+        return [
+            dataclasses.replace(p, tie=at_wavelength(p.tie, self._wavelength_of[p.name], names))
+            if p.tie is not None and p.name in self._wavelength_of
+            else p
+            for p in self._parameters
+        ]
 
     def read(self, owner: str, quantities: dict[str, Quantity], table: dict[str, Any]) -> None:
         """Read the numbers of one table; ``owner`` is the first part of their names."""
@@ -64,7 +78,7 @@ class ParameterReader:
         if isinstance(given, dict) and "dispersion" in given:
             dispersion, coefficients = read_dispersion(name, given, quantity)
             self.dispersions.append(dispersion)
-            self.parameters.extend(coefficients)
+            self._parameters.extend(coefficients)
             return
         entry = parameter_entry(given, name, quantity)
         if isinstance(entry.get("tie"), list):
@@ -79,11 +93,12 @@ class ParameterReader:
                 "remove the smoothness."
             )
         if "shape" in entry:
-            self.parameters += self._in_fixed_ratios(name, key, entry, quantity)
+            self._parameters += self._in_fixed_ratios(name, key, entry, quantity)
         elif by_wavelength:
-            self.parameters += self._at_each_wavelength(name, entry, quantity)
+            self._parameters += self._at_each_wavelength(name, entry, quantity)
+            self._wavelength_of |= {f"{name}@{wave:g}": wave for wave in self.wavelengths_nm}
         else:
-            self.parameters.append(parameter_of(name, entry, quantity))
+            self._parameters.append(parameter_of(name, entry, quantity))
 
     def _in_fixed_ratios(
         self, name: str, key: str, entry: dict[str, Any], quantity: Quantity

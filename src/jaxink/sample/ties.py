@@ -5,7 +5,7 @@ import functools
 import math
 import operator
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from numbers import Complex, Real
 from typing import Any
 
@@ -18,9 +18,15 @@ _LARGEST_EXPONENT = 100
 
 _NUMBER = r"(?:\d[\d_]*\.?\d*|\.\d+)(?:[eE][-+]?\d+)?(?![\w.])"
 _WORD = r"[^\W\d]\w*(?!\w)"
-_NAME = rf"{_WORD}(?:\s*\.\s*{_WORD})*"
+_STEM = rf"{_WORD}(?:\s*\.\s*{_WORD})*"
+# A value at one wavelength, as in ink.scattering_per_mm@550.
+_AT = r"@(\d+(?:\.\d+)?)(?![\w.])"
+_NAME = rf"{_STEM}(?:{_AT})?"
 # Anything else is rejected before Python's parser sees it, because that warns about some of it.
 _LANGUAGE = re.compile(rf"(?:\s|[-+*/()]|{_NUMBER}|{_NAME})*")
+_NUMBER_OR_NAME = re.compile(rf"{_NUMBER}|(?P<stem>{_STEM})(?P<at>{_AT})?")
+# To Python, @ is an operator; within a dotted name it becomes one more word.
+_AT_WORD = re.compile(r"at_(\d+)(?:_(\d+))?")
 
 
 class _UnfitError(Exception):
@@ -33,7 +39,8 @@ def evaluate_tie(expression: str, values: Mapping[str, Any]) -> Any:
     Parameters
     ----------
     expression
-        Numbers, parameter names, + - * / ** and brackets only.
+        Numbers, parameter names, + - * / ** and brackets only. The name of a value at one wavelength ends
+        with it, as in ``ink.scattering_per_mm@550``.
     values
         Values by name, possibly traced.
 
@@ -63,6 +70,29 @@ def names_in(expression: str) -> set[str]:
     return {name for node in ast.walk(tree) if (name := _dotted_name(node)) is not None}
 
 
+def at_wavelength(expression: str, wavelength_nm: float, names: Collection[str]) -> str:
+    """The expression with the values at a wavelength of those parameters that have them.
+
+    Parameters
+    ----------
+    expression
+        A tie of a value at this wavelength.
+    wavelength_nm
+        The wavelength.
+    names
+        Names of all parameters.
+    """
+    at = f"@{wavelength_nm:g}"
+
+    def named(found: re.Match) -> str:
+        stem = found["stem"]
+        if stem is None or found["at"] is not None or "".join(stem.split()) + at not in names:
+            return found[0]
+        return "".join(stem.split()) + at
+
+    return _NUMBER_OR_NAME.sub(named, expression)
+
+
 _NOT_FINITE = "does not give a finite real number at the values of the file."
 _FOREIGN = "may contain only numbers, parameter names, + - * / ** and brackets."
 
@@ -74,7 +104,7 @@ def _parsed(expression: str) -> ast.expr:
     if not _LANGUAGE.fullmatch(expression):
         raise _UnfitError(_FOREIGN)
     try:
-        tree = ast.parse(expression.strip(), mode="eval").body
+        tree = ast.parse(re.sub(_AT, _as_word, expression.strip()), mode="eval").body
     except (SyntaxError, RecursionError, MemoryError):
         raise _UnfitError("is not a valid expression.") from None
     n_operations = sum(isinstance(node, ast.BinOp | ast.UnaryOp) for node in ast.walk(tree))
@@ -134,5 +164,12 @@ def _dotted_name(node: ast.AST) -> str | None:
         return node.id
     if isinstance(node, ast.Attribute):
         stem = _dotted_name(node.value)
-        return None if stem is None else f"{stem}.{node.attr}"
+        if stem is None:
+            return None
+        at = _AT_WORD.fullmatch(node.attr)
+        return f"{stem}.{node.attr}" if at is None else f"{stem}@{'.'.join(filter(None, at.groups()))}"
     return None
+
+
+def _as_word(at: re.Match) -> str:
+    return f".at_{at[1].replace('.', '_')}"

@@ -2,7 +2,8 @@
 
 import dataclasses
 import json
-from collections.abc import Iterable, Iterator, Mapping
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from jaxink.sample import measurement_schema, schema
@@ -167,7 +168,18 @@ class _Writer:
             parts["free"] = f"[{', '.join('true' if p.free else 'false' for p in each)}]"
         if each[0].tie is None:
             parts["value"] = _list([p.value for p in each])
+        else:
+            parts["tie"] = _word(_common_tie(each))
         return _inline(parts)
+
+
+def _common_tie(each: Sequence[Parameter]) -> str:
+    """The expression from which the ties of values at the wavelengths were made."""
+    ties = [p.tie or "" for p in each]
+    if len(set(ties)) == 1:
+        return ties[0]
+    at = each[0].name.partition("@")[1:]
+    return re.sub(rf"{re.escape(''.join(at))}(?![\w.])", "", ties[0])
 
 
 def _entry(parameter: Parameter) -> str:
