@@ -95,7 +95,7 @@ _ENTRIES = (
     "DISPERSION_TABLE",
 )
 _ENTRIES += ("FACETS_ENTRIES", "WAVES_ENTRIES", "HEIGHT_MAP_ENTRIES")
-_OF_CHOICES = schema.PHASE_FUNCTIONS | schema.SPECTRA | schema.DISPERSIONS
+_OF_CHOICES = schema.PHASE_FUNCTIONS | schema.SPECTRA | schema.DISPERSIONS | schema.LAWS
 # Text of each table by the name in its marker, for each page.
 PAGES = {
     "sample-file.md": {

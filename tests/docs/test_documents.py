@@ -202,6 +202,7 @@ def test_every_choice_is_named():
         *schema.PHASE_FUNCTIONS,
         *schema.ROUGHNESS_DENSITIES,
         *schema.DISPERSIONS,
+        *schema.LAWS,
         *schema.FACES,
         *(f'"{side}"' for side in schema.BACKING_SIDES),
         *(f'"{mode}"' for mode in measurement_schema.DETECTOR_MODES),

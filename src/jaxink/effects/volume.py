@@ -312,6 +312,8 @@ class InkAbsorption(_MieTerm):
         if any(case.sample.parameters[n].free for n in names):
             return Inapplicable("the absorption of the ink is already a free parameter")
         name = f"{ink.name}.absorption_per_mm"
+        if any(d.name == name for d in case.sample.dispersions):
+            return Inapplicable("the absorption of the ink follows a law with parameters of its own")
         if name not in names:
             return Inapplicable("the ink's albedo is declared, which includes absorption")
         declared = case.declared(name)

@@ -157,7 +157,7 @@ def _quantities(effect: DeclaredEffect) -> dict[str, Quantity]:
     }
 
 
-_BY_WAVELENGTH = {"per_wavelength", "shape", "smoothness", "dispersion"}
+_BY_WAVELENGTH = {"per_wavelength", "shape", "smoothness", "dispersion", "law"}
 
 
 def _require_simple(name: str, table: dict[str, Any], quantities: dict[str, Quantity]) -> None:

@@ -150,7 +150,7 @@ class Sample(Presented):
         plain = {n: v for n, v in values.items() if "@" not in n}
         # A value at the wavelength takes the place of the mean over all of them.
         plain |= {n.removesuffix(at): v for n, v in values.items() if n.endswith(at)}
-        return plain | {d.name: d.index(values, wavelength_nm) for d in self.dispersions}
+        return plain | {d.name: d.at(values, wavelength_nm) for d in self.dispersions}
 
     def own_wavelengths(self, names: Collection[str], wavelengths_nm: Sequence[float]) -> dict[str, float]:
         """Wavelength of each of some parameters that no value at another one depends on.

@@ -1,10 +1,11 @@
-"""Refractive indices against the wavelength in vacuum, by formula or by table, and those of a sample file.
+"""Quantities against the wavelength in vacuum: indices by formula or table, coefficients by a law.
 
 The formulae accept numbers, arrays and traced values alike, and are differentiable.
 """
 
 import dataclasses
 import itertools
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
@@ -28,16 +29,16 @@ from jaxink.sample.schema import Quantity
 
 @dataclasses.dataclass(frozen=True)
 class Dispersion:
-    """A refractive index as a function of wavelength; its coefficients are parameters ``name.coefficient``.
+    """A quantity as a function of wavelength; its coefficients are parameters ``name.coefficient``.
 
     Parameters
     ----------
     name
-        Name of the index, such as ``ink.refractive_index``.
+        Name of the quantity, such as ``ink.refractive_index``.
     formula
-        A key of `schema.DISPERSIONS`.
+        A key of `schema.DISPERSIONS`, or of `schema.LAWS`.
     lowest, highest
-        Range of the index.
+        Range of the quantity.
     wavelength_nm, value
         The table, by ascending wavelength, if there is one.
     """
@@ -51,9 +52,18 @@ class Dispersion:
     wavelength_nm: tuple[float, ...] = ()
     value: tuple[float, ...] = ()
 
-    def index(self, values: Mapping[str, Any], wavelength_nm: float) -> Any:
-        """Refractive index at a vacuum wavelength (not traced), from parameter values (possibly traced)."""
-        get = {key: values[f"{self.name}.{key}"] for key in schema.DISPERSIONS[self.formula]}
+    @property
+    def coefficients(self) -> dict[str, Quantity]:
+        """Those of the formula, by their keys."""
+        return (schema.DISPERSIONS | schema.LAWS)[self.formula]
+
+    def at(self, values: Mapping[str, Any], wavelength_nm: float) -> Any:
+        """The quantity at a vacuum wavelength (not traced), from parameter values (possibly traced)."""
+        get = {key: values[f"{self.name}.{key}"] for key in self.coefficients}
+        if self.formula == "power":
+            return power_law(wavelength_nm, get["at_reference"], get["reference_nm"], get["exponent"])
+        if self.formula == "exponential":
+            return exponential_law(wavelength_nm, get["at_reference"], get["reference_nm"], get["decay_nm"])
         if self.formula == "cauchy":
             return cauchy_index(wavelength_nm, get["a"], get["b_um2"], get["c_um4"])
         if self.formula == "sellmeier":
@@ -65,8 +75,8 @@ class Dispersion:
         return tabulated_index(wavelength_nm, self.wavelength_nm, self.value) + get["offset"]
 
     def check(self, table: ParameterTable, wavelengths_nm: tuple[float, ...]) -> None:
-        """Reject a dispersion with an invalid index at some wavelength, at the start or within a fit."""
-        names = [f"{self.name}.{key}" for key in schema.DISPERSIONS[self.formula]]
+        """Reject a formula with an invalid value at some wavelength, at the start or within a fit."""
+        names = [f"{self.name}.{key}" for key in self.coefficients]
         free = [table[name] for name in names if table[name].free]
         for wavelength in wavelengths_nm:
             if self.formula == "table" and not self.wavelength_nm[0] <= wavelength <= self.wavelength_nm[-1]:
@@ -95,9 +105,9 @@ class Dispersion:
                 )
 
     def _check_range(self, values, wavelength, names):
-        index = self.index(values, wavelength)
-        if isinstance(index, complex) or not self.lowest <= index <= self.highest:
-            said = "no real index" if isinstance(index, complex) else f"{index:g}"
+        value = self.at(values, wavelength)
+        if isinstance(value, complex) or not self.lowest <= value <= self.highest:
+            said = "no real index" if isinstance(value, complex) else f"{value:g}"
             given = ", ".join(f"{name.rsplit('.', 1)[1]} = {values[name]:g}" for name in names)
             raise InputRefusedError(
                 f"{self.name} gives {said} at {wavelength:g} nm with {given}; it must lie between "
@@ -108,16 +118,30 @@ class Dispersion:
 def read_dispersion(
     name: str, given: dict[str, Any], quantity: Quantity
 ) -> tuple[Dispersion, list[Parameter]]:
-    """Dispersion and coefficients of the index ``name`` from its table in the file."""
-    if not quantity.dispersive:
-        raise InputRefusedError(
-            f"{name} has a dispersion, which only refractive indices may have; give a number, or one for "
-            "each wavelength with per_wavelength."
-        )
-    formula = choice(given, "dispersion", tuple(schema.DISPERSIONS), name)
-    coefficients = schema.DISPERSIONS[formula]
+    """Formula and coefficients of the quantity ``name`` from its table in the file."""
+    if "law" in given:
+        if not quantity.has_law:
+            raise InputRefusedError(
+                f"{name} has a law, which only scattering and absorption coefficients of inks, and "
+                "absorption indices of particles, may have; give a number, or one for each wavelength with "
+                "per_wavelength."
+            )
+        kind, what, formulas = "law", "value", schema.LAWS
+    else:
+        if not quantity.dispersive:
+            instead = "law = " + " or ".join(f'"{law}"' for law in schema.LAWS) if quantity.has_law else ""
+            raise InputRefusedError(
+                f"{name} has a dispersion, which only refractive indices may have; give a number, "
+                f"{instead and instead + ', '}or one for each wavelength with per_wavelength."
+            )
+        kind, what, formulas = "dispersion", "index", schema.DISPERSIONS
+    formula = choice(given, kind, tuple(formulas), name)
+    coefficients = {
+        k: dataclasses.replace(q, unit=quantity.unit) if k == "at_reference" else q
+        for k, q in formulas[formula].items()
+    }
     columns = schema.DISPERSION_TABLE if formula == "table" else {}
-    only(given, ("dispersion", *columns, *coefficients), name)
+    only(given, (kind, *columns, *coefficients), name)
     parameters = []
     for key, coefficient in coefficients.items():
         each, value = f"{name}.{key}", given.get(key, coefficient.default)
@@ -127,8 +151,12 @@ def read_dispersion(
         by_wavelength = next((k for k in ("per_wavelength", "shape", "smoothness") if k in entry), None)
         if by_wavelength is not None:
             raise InputRefusedError(
-                f"{each} has {by_wavelength}, but the dispersion already gives the index at each wavelength; "
+                f"{each} has {by_wavelength}, but the {kind} already gives the {what} at each wavelength; "
                 "remove it."
+            )
+        if key == "reference_nm" and entry.get("free"):
+            raise InputRefusedError(
+                f"{each} is free, but moving the reference does nothing that at_reference does not; fix it."
             )
         parameters.append(parameter_of(each, entry, coefficient))
     wavelengths, values = _columns(name, given) if columns else ((), ())
@@ -145,6 +173,36 @@ def _columns(name: str, given: dict[str, Any]) -> tuple[tuple[float, ...], tuple
     if wavelengths[0] <= 0 or any(b <= a for a, b in itertools.pairwise(wavelengths)):
         raise InputRefusedError(f"{name}: wavelength_nm must be positive and in ascending order.")
     return tuple(map(float, wavelengths)), tuple(map(float, values))
+
+
+def power_law(wavelength_nm, at_reference, reference_nm, exponent):
+    """Power of the wavelength, v (wavelength / reference)^-b, as of scattering by particles of many sizes.
+
+    Parameters
+    ----------
+    wavelength_nm, reference_nm
+        Wavelengths in vacuum.
+    at_reference
+        v, the value at the reference.
+    exponent
+        b.
+    """
+    return at_reference * (reference_nm / wavelength_nm) ** exponent
+
+
+def exponential_law(wavelength_nm, at_reference, reference_nm, decay_nm):
+    """Exponential of the wavelength, v exp((reference - wavelength) / d), as at the edge of a band.
+
+    Parameters
+    ----------
+    wavelength_nm, reference_nm
+        Wavelengths in vacuum.
+    at_reference
+        v, the value at the reference.
+    decay_nm
+        d, the distance over which the value falls by e.
+    """
+    return at_reference * math.e ** ((reference_nm - wavelength_nm) / decay_nm)
 
 
 def cauchy_index(wavelength_nm, a, b_um2=0.0, c_um4=0.0):

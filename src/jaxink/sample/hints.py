@@ -83,7 +83,7 @@ def _units() -> dict[str, str]:
         for value in vars(module).values()
         if isinstance(value, dict)
     ]
-    for choices in (schema.PHASE_FUNCTIONS, schema.SPECTRA, schema.DISPERSIONS):
+    for choices in (schema.PHASE_FUNCTIONS, schema.SPECTRA, schema.DISPERSIONS, schema.LAWS):
         tables += choices.values()
     units = {key: q.unit for table in tables for key, q in table.items() if isinstance(q, Quantity)}
     return units | {"wavelength_nm": "nm", "radii_nm": "nm", "heights_um": "um", "pitch_um": "um"}

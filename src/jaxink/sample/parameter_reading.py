@@ -75,7 +75,7 @@ class ParameterReader:
             raise missing(name, key, quantity)
         if isinstance(given, dict) and given.keys() & {"material", "file"}:
             given = with_spectrum(name, key, given, quantity, self.wavelengths_nm, self.folder)
-        if isinstance(given, dict) and "dispersion" in given:
+        if isinstance(given, dict) and given.keys() & {"dispersion", "law"}:
             dispersion, coefficients = read_dispersion(name, given, quantity)
             self.dispersions.append(dispersion)
             self._parameters.extend(coefficients)
@@ -217,7 +217,9 @@ def with_spectrum(
     """
     source = "material" if "material" in given else "file"
     wrong = [
-        k for k in ("material", "file", "value", "dispersion", "tie", "shape") if k in given and k != source
+        k
+        for k in ("material", "file", "value", "dispersion", "law", "tie", "shape")
+        if k in given and k != source
     ]
     if wrong:
         raise InputRefusedError(

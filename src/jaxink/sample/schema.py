@@ -34,6 +34,8 @@ class Quantity:
         See `Parameter`.
     dispersive
         Whether it may be given as a dispersion, see `DISPERSIONS`.
+    has_law
+        Whether its spectrum may be given as a law, see `LAWS`.
     otherwise
         What applies without a default, in words.
     spectral
@@ -49,6 +51,7 @@ class Quantity:
     scale: str = "linear"
     multimodal: bool = False
     dispersive: bool = False
+    has_law: bool = False
     otherwise: str = "required"
     spectral: bool = False
     meaning: str = dataclasses.field(kw_only=True)
@@ -119,8 +122,12 @@ SCATTERING_LAYER = {
 }
 # Coefficients of a layer or, if it is opaque, the albedo.
 COEFFICIENTS = {
-    "scattering_per_mm": Quantity("1/mm", 0.0, 1e6, scale="log", meaning="scattering coefficient mu_s"),
-    "absorption_per_mm": Quantity("1/mm", 0.0, 1e6, scale="log", meaning="absorption coefficient mu_a"),
+    "scattering_per_mm": Quantity(
+        "1/mm", 0.0, 1e6, scale="log", has_law=True, meaning="scattering coefficient mu_s"
+    ),
+    "absorption_per_mm": Quantity(
+        "1/mm", 0.0, 1e6, scale="log", has_law=True, meaning="absorption coefficient mu_a"
+    ),
 }
 ALBEDO = {
     "single_scattering_albedo": Quantity("", 0.0, 1.0, scale="one_minus", meaning="mu_s / (mu_s + mu_a)")
@@ -137,7 +144,9 @@ MIE = {
     ),
     "volume_fraction": Quantity("", 0.0, 0.74, scale="log", meaning="volume of spheres over volume of ink"),
     "particle_index": Quantity("", 0.5, 5.0, dispersive=True, meaning="real part of the refractive index"),
-    "particle_absorption_index": Quantity("", 0.0, 5.0, 0.0, "log", meaning="imaginary part k >= 0"),
+    "particle_absorption_index": Quantity(
+        "", 0.0, 5.0, 0.0, "log", has_law=True, meaning="imaginary part k >= 0"
+    ),
 }
 # Keys that add a parameter only if the file has them; without them the model is smaller and faster. The first
 # belong to a population of a Mie layer, the second to the layer.
@@ -168,6 +177,7 @@ MIE_LAYER = {
         1e6,
         0.0,
         "log",
+        has_law=True,
         meaning="absorption coefficient of the binder, which fills the rest of the volume",
     ),
 }
@@ -207,6 +217,23 @@ DISPERSIONS: dict[str, dict[str, Quantity]] = {
 DISPERSION_TABLE = {
     "wavelength_nm": Entry("list of two numbers or more, ascending", "required", "wavelengths, nm"),
     "value": Entry("list of as many", "required", "refractive index at each"),
+}
+_AT_REFERENCE = Quantity(
+    "", 0.0, 1e6, scale="log", meaning="value at the reference, in the unit of the quantity"
+)
+_REFERENCE = Quantity("nm", 100.0, 1e5, meaning="wavelength of the reference")
+# Laws of a coefficient against the wavelength, each with its coefficients.
+LAWS: dict[str, dict[str, Quantity]] = {
+    "power": {
+        "at_reference": _AT_REFERENCE,
+        "reference_nm": _REFERENCE,
+        "exponent": Quantity("", -10.0, 10.0, meaning="b; positive if the value falls with wavelength"),
+    },
+    "exponential": {
+        "at_reference": _AT_REFERENCE,
+        "reference_nm": _REFERENCE,
+        "decay_nm": Quantity("nm", 1.0, 1e5, scale="log", meaning="distance over which it falls by e"),
+    },
 }
 _ASYMMETRY = Quantity("", -_LARGEST_ASYMMETRY, _LARGEST_ASYMMETRY, scale="one_minus", meaning="mean cosine g")
 PHASE_FUNCTIONS: dict[str, dict[str, Quantity]] = {

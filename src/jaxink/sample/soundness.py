@@ -25,7 +25,9 @@ def require_sound(sample: Sample) -> None:
     for layer in sample.layers:
         _require_sound_layer(layer)
     for dispersion in sample.dispersions:
-        require_one_of(f"formula of {dispersion.name}", dispersion.formula, tuple(schema.DISPERSIONS))
+        require_one_of(
+            f"formula of {dispersion.name}", dispersion.formula, (*schema.DISPERSIONS, *schema.LAWS)
+        )
         if dispersion.formula == "table":
             _require_columns(dispersion.name, (dispersion.wavelength_nm, dispersion.value), 2)
             _require_ascending(dispersion.name, dispersion.wavelength_nm)
@@ -111,7 +113,7 @@ def _asked(sample: Sample) -> Iterator[str]:
     tables: list[tuple[str, dict[str, Quantity]]] = [("surroundings", schema.SURROUNDINGS)]
     if sample.backing is not None:
         tables.append(("backing", schema.BACKING))
-    tables += [(d.name, schema.DISPERSIONS[d.formula]) for d in sample.dispersions]
+    tables += [(d.name, d.coefficients) for d in sample.dispersions]
     for layer in sample.layers:
         tables += [(layer.name, table) for table in _tables_of(layer)]
         tables += [(f"{layer.name}.{p.name}", _particles(p.radius_table)) for p in layer.populations]

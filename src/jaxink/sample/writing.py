@@ -153,13 +153,14 @@ class _Writer:
             return _entry(table[name])
         for dispersion in self.sample.dispersions:
             if dispersion.name == name:
-                parts = {"dispersion": _word(dispersion.formula)}
+                kind = "law" if dispersion.formula in schema.LAWS else "dispersion"
+                parts = {kind: _word(dispersion.formula)}
                 if dispersion.wavelength_nm:
                     parts |= {
                         "wavelength_nm": _list(dispersion.wavelength_nm),
                         "value": _list(dispersion.value),
                     }
-                coefficients = schema.DISPERSIONS[dispersion.formula]
+                coefficients = dispersion.coefficients
                 return _inline(parts | {key: _entry(table[f"{name}.{key}"]) for key in coefficients})
         each = [table[f"{name}@{wavelength_nm:g}"] for wavelength_nm in self.sample.wavelengths_nm]
         leading = next((p for p in each if p.free), each[0])
