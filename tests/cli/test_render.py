@@ -47,7 +47,7 @@ def test_a_sphere_in_a_booth(run, tmp_path):
     numbers = json.loads((tmp_path / "out" / "render.json").read_text())
     assert set(numbers["lights"]) == {"sheet", "solid"}
     for light in numbers["lights"].values():
-        assert 0.2 < light["luminance_over_white_sphere"]["value"] < 0.9
+        assert 0.2 < light["luminance_over_white_body"]["value"] < 0.9
     assert (tmp_path / "out" / "sphere.png").exists()
 
 

@@ -5,9 +5,19 @@ import sys
 import numpy as np
 import pytest
 
-from jaxink.render import Booth, PrintedPlate, SphereEffort, SphereRendering, require_mitsuba
-from jaxink.render.sphere import SphereLight
-from jaxink.render.sphere_figure import block_differences, save_sphere_figure
+from jaxink.render import (
+    Booth,
+    BoothEffort,
+    BoothRendering,
+    FlatPlate,
+    PrintedPlate,
+    Sphere,
+    Torus,
+    require_mitsuba,
+)
+from jaxink.render.bodies import PER_MM
+from jaxink.render.booth_figure import block_differences, save_booth_figure
+from jaxink.render.booth_rendering import BoothLight
 from jaxink.sample import load_sample
 from tests.render import inks
 
@@ -22,11 +32,11 @@ def light(name, spectrum, wavelengths=(550.0,), seed=1, noise=1e-3, pixels=16):
     def scattered(*shape):
         return np.asarray(spectrum) * (1 + noise * random.normal(size=(6, *shape, n)))
 
-    return SphereLight(name, np.array(wavelengths), scattered(), scattered(pixels, pixels))
+    return BoothLight(name, np.array(wavelengths), scattered(), scattered(pixels, pixels))
 
 
 def rendering(*lights, white=0.25):
-    return SphereRendering(Booth(), SphereEffort(), {}, np.full(6, white), lights)
+    return BoothRendering(Booth(), BoothEffort(), {}, np.full(6, white), lights)
 
 
 @pytest.mark.parametrize(
@@ -34,7 +44,7 @@ def rendering(*lights, white=0.25):
     [
         ({"plate_mm": 0.0}, "plate_mm"),
         ({"wall": 1.0}, "wall"),
-        ({"radius_mm": 250.0}, "radius_mm"),
+        ({"body": Sphere(radius_mm=250.0)}, "500 mm wide"),
         ({"tubes": 30}, "30 tubes"),
     ],
 )
@@ -43,7 +53,48 @@ def test_impossible_booths_are_refused(change, named, refused):
         Booth(**change)
 
 
-def test_luminance_is_that_over_the_white_sphere():
+@pytest.mark.parametrize(
+    ("sizes", "named"),
+    [
+        ({"tube_radius_mm": 20.0}, "tube_radius_mm"),
+        ({"tilt_deg": 90.0}, "tilt_deg"),
+        ({"tilt_deg": 0}, "tilt_deg"),
+    ],
+)
+def test_impossible_tori_are_refused(sizes, named, refused):
+    with refused(named):
+        Torus(**sizes)
+
+
+def test_a_torus_is_a_closed_mesh_that_encloses_its_volume():
+    torus = Torus()
+    mesh = torus.surface(0.0)
+    corners = mesh.points[mesh.faces] / PER_MM
+    volume = np.sum(corners[:, 0] * np.cross(corners[:, 1], corners[:, 2])) / 6
+    expected = 2 * np.pi**2 * torus.ring_radius_mm * torus.tube_radius_mm**2
+    # Positive, so that faces look outwards.
+    assert volume == pytest.approx(expected, rel=2e-4)
+    edges = np.sort(mesh.faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    _, counts = np.unique(edges, axis=0, return_counts=True)
+    assert np.all(counts == 2)
+    # The origin is on it, and an inner one is a shell of even thickness away.
+    assert np.linalg.norm(mesh.points, axis=1).min() < 1e-9
+    inner = torus.surface(0.05)
+    apart = np.linalg.norm(mesh.points - inner.points, axis=1) / PER_MM
+    np.testing.assert_allclose(apart, 0.05, rtol=1e-9)
+    np.testing.assert_allclose(np.linalg.norm(mesh.normals, axis=1), 1.0, rtol=1e-12)
+
+
+def test_bodies_cover_what_is_seen_of_them():
+    x, y = np.array([0.0, 0.0, 19.0, 13.0]), np.array([0.0, 19.0, 0.0, 0.0])
+    for body in (Sphere(), FlatPlate()):
+        assert body.covers(x, y, 0.0).tolist() == [True, True, True, True]
+        assert body.covers(x, y, 1.5).tolist() == [True, False, False, True]
+    # The hole is in the middle; the far side of the ring is foreshortened.
+    assert Torus().covers(x, y, 0.0).tolist() == [False, False, True, True]
+
+
+def test_luminance_is_that_over_the_white_body():
     found = rendering(light("sheet", [0.1]))
     factor = found.luminance_factor(found.light("sheet"))
     assert factor.value == pytest.approx(0.4, abs=4 * factor.error)
@@ -71,14 +122,14 @@ def test_ways_that_differ_are_told_apart():
 
 def test_differences_of_pictures_are_those_within_the_sphere(tmp_path):
     found = rendering(*(light(name, [value], seed=k) for k, (name, value) in enumerate(WAYS.items())))
-    difference = block_differences(found.light("solid"), found.light("sheet"))
+    difference = block_differences(found.booth.body, found.light("solid"), found.light("sheet"))
     inside = np.isfinite(difference.value)
     assert not inside[0, 0]
     assert inside[3:5, 3:5].all()
     assert difference.value[inside] == pytest.approx(0.02, abs=5e-3)
     # A block of 4 pixels, 6 batches.
     assert np.median(difference.error[inside]) == pytest.approx(1e-3 * (2 / 4 / 6) ** 0.5, rel=0.4)
-    save_sphere_figure(found, tmp_path / "sphere.png")
+    save_booth_figure(found, tmp_path / "sphere.png")
     assert (tmp_path / "sphere.png").stat().st_size < 150_000
 
 

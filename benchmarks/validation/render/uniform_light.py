@@ -6,6 +6,7 @@ directional-hemispherical reflectance, by reciprocity; the solver knows it.
 
 import dataclasses
 import tempfile
+from pathlib import Path
 
 import numpy as np
 
@@ -13,17 +14,17 @@ from jaxink.export import ExportOptions, write
 from jaxink.numerics.precision import computing
 from jaxink.optics.layers import ClearLayer
 from jaxink.render import Booth, PrintedPlate
+from jaxink.render.bodies import PER_MM
 from jaxink.render.booth import (
-    PER_MM,
     SHEET,
     SOLID,
     VOLUME,
     camera,
     integrator,
-    sheet_sphere,
-    solid_sphere,
+    sheet_body,
+    solid_body,
     uniform,
-    volume_sphere,
+    volume_body,
 )
 from jaxink.render.mitsuba_session import mitsuba, with_table_plugin
 from jaxink.solver.bsdf import hemispherical_power
@@ -59,12 +60,13 @@ def seen(
         table = plate.sheet if way == SHEET else plate.ink.table
         options = ExportOptions(name="table", interpolation_error=1e-3)
         file = with_table_plugin(mi, {way: write(table, "mitsuba", folder, options)})[way]
+        meshes = Path(folder)
         if way == SHEET:
-            body = sheet_sphere(booth, file, wavelength)
+            body = sheet_body(booth, file, wavelength, meshes)
         elif way == SOLID:
-            body = solid_sphere(booth, file, wavelength, float(table.index_inside[0]), around)
+            body = solid_body(booth, file, wavelength, float(table.index_inside[0]), around, meshes)
         else:
-            body = volume_sphere(booth, plate.ink.medium, 0, around)
+            body = volume_body(booth, plate.ink.medium, 0, around, meshes)
         if not core:
             del body["core"]
         view = camera(booth, _PIXELS, centre=True)
@@ -73,7 +75,7 @@ def seen(
                 name: one | {"center": [0, 0, 0]} if one["type"] == "sphere" else one
                 for name, one in body.items()
             }
-            forward = mi.ScalarTransform4f().translate([0, 0, PER_MM * booth.radius_mm])
+            forward = mi.ScalarTransform4f().translate([0, 0, PER_MM * booth.body.middle_mm])
             view["to_world"] = forward @ view["to_world"]
         scene = mi.load_dict(
             {"type": "scene", "integrator": integrator(VOLUME if way == AWAY else way), "camera": view}

@@ -282,9 +282,9 @@ def render(
     scene: Annotated[
         str,
         typer.Option(
-            metavar="lightguide|sphere",
-            help="Scene: an edge-lit plate with printed dots, or a sphere of printed plate in a light booth, "
-            "which needs mitsuba.",
+            metavar="lightguide|sphere|plate|torus",
+            help="Scene: an edge-lit plate with printed dots; or a sphere, a flat disc or a torus of printed "
+            "plate in a light booth, which needs mitsuba.",
         ),
     ] = "lightguide",
     uncorrected: Annotated[
@@ -329,7 +329,7 @@ def render(
         typer.Option(
             metavar="N",
             help="Paths of a batch: from each bin of the light guide's exit face (60), or from the centre of "
-            "the sphere (16000).",
+            "the body in the booth (16000).",
         ),
     ] = None,
     seed: Annotated[int, typer.Option(metavar="N", help="Seed of the random numbers.")] = 0,

@@ -16,9 +16,12 @@ from jaxink.files.writing import require_folder, written_whole
 from jaxink.numerics.digits import with_uncertainty
 
 if TYPE_CHECKING:
-    from jaxink.render import GuideRendering, SphereRendering
+    from jaxink.render import BoothRendering, GuideRendering
 
-LIGHTGUIDE, SPHERE = SCENES = ("lightguide", "sphere")
+LIGHTGUIDE = "lightguide"
+# Bodies in the light booth, as in `jaxink.render.BODIES`.
+BODIES = "sphere", "plate", "torus"
+SCENES = (LIGHTGUIDE, *BODIES)
 NUMBERS = "render.json"
 
 
@@ -48,18 +51,18 @@ def run_render(
     layers, inside, plate_index, alone
         As for `jaxink.render.RenderedInk.of`, for the ink; the uncorrected one must be clear from its sample.
     effort
-        Fields of `jaxink.render.Effort`, or of `jaxink.render.SphereEffort`.
+        Fields of `jaxink.render.Effort`, or of `jaxink.render.BoothEffort`.
     with_volume
         Whether to render the volume.
     output
         ``tables``, ``json`` or ``quiet``.
     """
     require_one_of("--scene", scene, SCENES)
-    if scene == SPHERE:
+    if scene in BODIES:
         for option, value in (("--plate-index", plate_index), ("--uncorrected", uncorrected)):
             if value is not None:
                 raise InputRefusedError(
-                    f"{option} {value} is for the light guide only; leave it out with --scene {SPHERE}."
+                    f"{option} {value} is for the light guide only; leave it out with --scene {scene}."
                 )
     require_folder(out)
     session.prepare_jax()
@@ -69,9 +72,9 @@ def run_render(
     try:
         with session.progress(quiet=output != "tables") as following:
             follow = following or log_progress
-            if scene == SPHERE:
+            if scene in BODIES:
                 given = (source, chosen, inside, alone)
-                numbers, show = _sphere(given, out, effort, with_volume, follow, picture)
+                numbers, show = _booth(given, scene, out, effort, with_volume, follow, picture)
             else:
                 inks = (source, chosen, inside, plate_index, alone), uncorrected
                 numbers, show = _light_guide(*inks, out, effort, with_volume, follow, picture)
@@ -101,22 +104,24 @@ def _light_guide(given, uncorrected: Path | None, out: Path, effort, with_volume
     return found.to_dict(), lambda: _show(found)
 
 
-def _sphere(given, out: Path, effort, with_volume, follow, picture: Path):
-    """As `_light_guide`, for the booth."""
+def _booth(given, body: str, out: Path, effort, with_volume, follow, picture: Path):
+    """As `_light_guide`, for a body in the booth."""
+    from jaxink.render import BODIES as KINDS
     from jaxink.render import (
+        Booth,
+        BoothEffort,
         PrintedPlate,
-        SphereEffort,
-        render_sphere,
+        render_booth,
         require_mitsuba,
-        save_sphere_figure,
+        save_booth_figure,
     )
 
     # Before the tables are computed.
     require_mitsuba()
-    wanted = SphereEffort(**effort)
-    found = render_sphere(PrintedPlate.of(*given), out, None, wanted, with_volume, follow)
-    save_sphere_figure(found, picture)
-    return found.to_dict(), lambda: _show_sphere(found)
+    wanted, booth = BoothEffort(**effort), Booth(KINDS[body]())
+    found = render_booth(PrintedPlate.of(*given), out, booth, wanted, with_volume, follow)
+    save_booth_figure(found, picture)
+    return found.to_dict(), lambda: _show_booth(found)
 
 
 def _show(found: "GuideRendering") -> None:
@@ -147,17 +152,17 @@ def _show(found: "GuideRendering") -> None:
             )
 
 
-def _show_sphere(found: "SphereRendering") -> None:
+def _show_booth(found: "BoothRendering") -> None:
     from rich.box import SIMPLE_HEAD
     from rich.table import Table
 
     to = console()
     to.print(f"Booth: {found.booth.words}.", soft_wrap=True)
     table = Table(box=SIMPLE_HEAD, padding=(0, 1))
-    table.add_column("centre of the sphere")
+    table.add_column("centre")
     for light in found.lights:
         table.add_column(light.name, justify="right", no_wrap=True)
-    table.add_row("luminance / white sphere's", *(_cell(found.luminance_factor(one)) for one in found.lights))
+    table.add_row("luminance / white body's", *(_cell(found.luminance_factor(one)) for one in found.lights))
     table.add_row("luminance / lamps'", *(_cell(one.luminance) for one in found.lights))
     if found.lights[0].chromaticity is not None:
         for k, name in enumerate("xy"):

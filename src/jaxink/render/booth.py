@@ -1,8 +1,8 @@
-"""A light booth with a sphere whose surface is a printed plate, as a scene of Mitsuba 3.
+"""A light booth with a body whose surface is a printed plate, as a scene of Mitsuba 3.
 
 Mitsuba's scalar variants have single precision: light goes on at a distance from each face of 9e-5 (1 + the
-largest coordinate) and skips the ink up to there. So the point of the sphere in the middle of the picture is
-the origin, only a small spot around it is evaluated, the unit is small, and so are sphere and plate.
+largest coordinate) and skips the ink up to there. So the point of the body in the middle of the picture is
+the origin, only a small spot around it is evaluated, the unit is small, and so are body and plate.
 """
 
 import dataclasses
@@ -13,15 +13,14 @@ import numpy as np
 
 from jaxink.errors import InputRefusedError, require_number
 from jaxink.export import Medium, even_table
+from jaxink.render.bodies import PER_MM, Body, Mesh, Sphere
 
 SHEET, SOLID, VOLUME, WHITE = "sheet", "solid", "volume", "white"
-# Units of the scene in a mm.
-PER_MM = 20
-# Half the width of the centre that is looked at, over the radius.
+# Half the width of the centre that is looked at, over that of the body.
 _CENTRE = 0.005
 # Distance of the black core from the ink: more than the step of single precision.
 _GAP_MM = 0.05
-# Part of the picture's width that the sphere takes.
+# Part of the picture's width that the body takes.
 FILLS = 0.85
 
 
@@ -31,11 +30,11 @@ class Booth:
 
     Parameters
     ----------
-    radius_mm
-        Outer radius of the sphere.
+    body
+        What stands in the booth.
     plate_mm
-        Thickness of the clear plate, of which the sphere is a shell with the ink inside; it must be small
-        against the radius if flat sheets are to agree with it.
+        Thickness of the clear plate, of which the body is a shell with the ink inside; it must be small
+        against the radii of the body if flat sheets are to agree with it.
     side_mm
         Width, height and depth of the booth, which is open in front.
     wall
@@ -46,7 +45,7 @@ class Booth:
         Their radius.
     """
 
-    radius_mm: float = 20.0
+    body: Body = Sphere()
     plate_mm: float = 0.05
     side_mm: float = 400.0
     wall: float = 0.7
@@ -54,16 +53,16 @@ class Booth:
     tube_radius_mm: float = 19.0
 
     def __post_init__(self):
-        for name in ("radius_mm", "plate_mm", "side_mm", "wall", "tubes", "tube_radius_mm"):
+        for name in ("plate_mm", "side_mm", "wall", "tubes", "tube_radius_mm"):
             require_number(name, getattr(self, name))
             if not getattr(self, name) > 0:
                 raise InputRefusedError(f"{name} is {getattr(self, name):g}; it must be positive.")
         if not self.wall < 1:
             raise InputRefusedError(f"wall is {self.wall:g}; the walls must reflect less than 1.")
-        if not 4 * self.radius_mm < self.side_mm:
+        if not 4 * self.body.half_width_mm < self.side_mm:
             raise InputRefusedError(
-                f"radius_mm is {self.radius_mm:g}; it must be less than a quarter of side_mm, which is "
-                f"{self.side_mm:g}."
+                f"the body is {2 * self.body.half_width_mm:g} mm wide; it must be less than half of side_mm, "
+                f"which is {self.side_mm:g}."
             )
         if not self.tubes * 2 * self.tube_radius_mm < self.side_mm:
             raise InputRefusedError(
@@ -75,10 +74,9 @@ class Booth:
     def words(self) -> str:
         """The scene in words."""
         return (
-            f"a sphere of {2 * self.radius_mm:g} mm, a shell of plate {self.plate_mm:g} mm thick with the "
-            f"ink on its inner face and black within, in a booth of {self.side_mm:g} mm with diffuse walls "
-            f"of {100 * self.wall:g} % and {self.tubes:g} tubes of {2 * self.tube_radius_mm:g} mm below its "
-            "ceiling"
+            f"{self.body.words}, a shell of plate {self.plate_mm:g} mm thick with the ink on its inner face "
+            f"and black within, in a booth of {self.side_mm:g} mm with diffuse walls of {100 * self.wall:g} "
+            f"% and {self.tubes:g} tubes of {2 * self.tube_radius_mm:g} mm below its ceiling"
         )
 
 
@@ -87,7 +85,7 @@ def lit(booth: Booth) -> dict[str, Any]:
     import mitsuba as mi
 
     to, half = mi.ScalarTransform4f(), PER_MM * booth.side_mm / 2
-    middle = to.translate([0, 0, -PER_MM * booth.radius_mm])
+    middle = to.translate([0, 0, -PER_MM * booth.body.middle_mm])
     wall = {"type": "twosided", "bsdf": _diffuse(booth.wall)}
     # Rectangles look along +z.
     turns = {
@@ -109,7 +107,7 @@ def lit(booth: Booth) -> dict[str, Any]:
     radius = PER_MM * booth.tube_radius_mm
     height = half - 2 * radius
     for k in range(int(booth.tubes)):
-        z = half * ((2 * k + 1) / booth.tubes - 1) - PER_MM * booth.radius_mm
+        z = half * ((2 * k + 1) / booth.tubes - 1) - PER_MM * booth.body.middle_mm
         scene[f"tube{k}"] = {
             "type": "cylinder",
             "p0": [-0.9 * half, height, z],
@@ -127,17 +125,19 @@ def uniform() -> dict[str, Any]:
 
 
 def camera(booth: Booth, pixels: int, centre: bool) -> dict[str, Any]:
-    """Looks at the sphere from the front, or at its centre only."""
+    """Looks at the body from the front, or at the middle of its face only."""
     import mitsuba as mi
 
-    distance = 0.99 * booth.side_mm / 2 - booth.radius_mm
-    half = booth.radius_mm * _CENTRE if centre else booth.radius_mm / FILLS
-    away = distance if centre else distance + booth.radius_mm
+    body = booth.body
+    distance = 0.99 * booth.side_mm / 2 - body.middle_mm
+    half = body.half_width_mm * (_CENTRE if centre else 1 / FILLS)
+    away = distance if centre else distance + body.middle_mm
+    height = 0.0 if centre else PER_MM * body.height_mm
     return {
         "type": "perspective",
         "fov": float(np.rad2deg(2 * np.arctan(half / away))),
         "to_world": mi.ScalarTransform4f().look_at(
-            origin=[0, 0, PER_MM * distance], target=[0, 0, 0], up=[0, 1, 0]
+            origin=[0, height, PER_MM * distance], target=[0, height, 0], up=[0, 1, 0]
         ),
         "film": {
             "type": "hdrfilm",
@@ -161,54 +161,59 @@ def integrator(way: str) -> dict[str, Any]:
     return {"type": "path", "max_depth": -1, "rr_depth": 50}
 
 
-def white_sphere(booth: Booth) -> dict[str, Any]:
-    """A perfect diffuser, to which luminances refer."""
-    return {"sphere": _sphere(booth, 0.0, _diffuse(1.0))}
+def white_body(booth: Booth, folder: Path) -> dict[str, Any]:
+    """A perfect diffuser, to which luminances refer; meshes of all bodies are written to the folder."""
+    return {"body": _surface(booth, 0.0, folder) | {"bsdf": _diffuse(1.0)}}
 
 
-def sheet_sphere(booth: Booth, table: Path, wavelength_nm: float) -> dict[str, Any]:
+def sheet_body(booth: Booth, table: Path, wavelength_nm: float, folder: Path) -> dict[str, Any]:
     """The whole plate with its ink as a surface without thickness."""
-    return {
-        "sphere": _sphere(booth, 0.0, _table(table, wavelength_nm), flip_normals=True),
-        "core": _core(booth, 0.0),
-    }
+    face = _surface(booth, 0.0, folder) | {"flip_normals": True}
+    return {"face": face | {"bsdf": _table(table, wavelength_nm)}} | _core(booth, 0.0, folder)
 
 
-def solid_sphere(
-    booth: Booth, table: Path, wavelength_nm: float, plate: float, around: float
+def solid_body(
+    booth: Booth, table: Path, wavelength_nm: float, plate: float, around: float, folder: Path
 ) -> dict[str, Any]:
     """The clear plate as a shell, with the ink's BSDF on its inner face.
 
     ``plate`` and ``around`` are the refractive indices of the plate and in front of it.
     """
+    ink = _surface(booth, booth.plate_mm, folder) | {"flip_normals": True}
     return {
-        "plate": _sphere(booth, 0.0, _step(plate, around)),
-        "ink": _sphere(booth, booth.plate_mm, _table(table, wavelength_nm), flip_normals=True),
-        "core": _core(booth, booth.plate_mm),
-    }
+        "plate": _surface(booth, 0.0, folder) | {"bsdf": _step(plate, around)},
+        "ink": ink | {"bsdf": _table(table, wavelength_nm)},
+    } | _core(booth, booth.plate_mm, folder)
 
 
-def volume_sphere(booth: Booth, medium: Medium, wavelength: int, around: float) -> dict[str, Any]:
+def volume_body(booth: Booth, medium: Medium, wavelength: int, around: float, folder: Path) -> dict[str, Any]:
     """The clear plate as a shell, and the ink within as another, in which light is scattered and absorbed."""
     plate, beyond = (float(index) for index in medium.indices[:, wavelength])
-    index, depth = float(medium.refractive_index[wavelength]), medium.thickness_um / 1000
+    index, end_mm = float(medium.refractive_index[wavelength]), booth.plate_mm + medium.thickness_um / 1000
     ink = {"type": "ref", "id": "medium"}
+    upper, lower = (_surface(booth, depth_mm, folder) for depth_mm in (booth.plate_mm, end_mm))
     return {
         "medium": _medium(medium, wavelength),
-        "plate": _sphere(booth, 0.0, _step(plate, around)),
-        "upper": _sphere(booth, booth.plate_mm, _step(index, plate), interior=ink),
-        "lower": _sphere(booth, booth.plate_mm + depth, _step(beyond, index), exterior=ink),
-        "core": _core(booth, booth.plate_mm + depth),
-    }
+        "plate": _surface(booth, 0.0, folder) | {"bsdf": _step(plate, around)},
+        "upper": upper | {"bsdf": _step(index, plate), "interior": ink},
+        "lower": lower | {"bsdf": _step(beyond, index), "exterior": ink},
+    } | _core(booth, end_mm, folder)
 
 
-def _sphere(booth: Booth, depth_mm: float, bsdf: dict, **more) -> dict[str, Any]:
-    centre, radius = [0, 0, -PER_MM * booth.radius_mm], PER_MM * (booth.radius_mm - depth_mm)
-    return {"type": "sphere", "center": centre, "radius": radius, "bsdf": bsdf, **more}
+def _core(booth: Booth, depth_mm: float, folder: Path) -> dict[str, Any]:
+    """What is black within, and around the rim of a body that is not closed."""
+    end_mm, radius_mm = depth_mm + _GAP_MM, booth.body.rim_radius_mm
+    core = {"core": _surface(booth, end_mm, folder) | {"bsdf": _diffuse(0.0)}}
+    if radius_mm is None:
+        return core
+    band = {"type": "cylinder", "p0": [0, 0, 0], "p1": [0, 0, -PER_MM * end_mm], "bsdf": _diffuse(0.0)}
+    return core | {"rim": band | {"radius": PER_MM * radius_mm}}
 
 
-def _core(booth: Booth, depth_mm: float) -> dict[str, Any]:
-    return _sphere(booth, depth_mm + _GAP_MM, _diffuse(0.0))
+def _surface(booth: Booth, depth_mm: float, folder: Path) -> dict[str, Any]:
+    """The body's surface at a depth as a shape of Mitsuba."""
+    found = booth.body.surface(depth_mm)
+    return found.write(folder / f"{depth_mm:.9g}.ply") if isinstance(found, Mesh) else found
 
 
 def _value(value: float) -> dict[str, Any]:

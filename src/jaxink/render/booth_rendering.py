@@ -1,4 +1,4 @@
-"""A sphere of printed plate in a light booth: as sheets, as a solid with its ink, and as a volume."""
+"""A body of printed plate in a light booth: as sheets, as a solid with its ink, and as a volume."""
 
 import dataclasses
 import tempfile
@@ -30,10 +30,10 @@ from jaxink.render.booth import (
     camera,
     integrator,
     lit,
-    sheet_sphere,
-    solid_sphere,
-    volume_sphere,
-    white_sphere,
+    sheet_body,
+    solid_body,
+    volume_body,
+    white_body,
 )
 from jaxink.render.luminance import chromaticity, luminance_weights, tristimulus_weights
 from jaxink.render.mitsuba_session import mitsuba, with_table_plugin
@@ -48,7 +48,7 @@ _OPTIONS = ExportOptions(interpolation_error=1e-3)
 
 
 @dataclasses.dataclass(frozen=True)
-class SphereEffort:
+class BoothEffort:
     """Numbers of paths, together for all wavelengths.
 
     Parameters
@@ -56,7 +56,8 @@ class SphereEffort:
     batches
         Independent batches; standard errors come from their scatter.
     paths
-        Paths of a batch to the centre of the sphere.
+        Paths of a batch to the centre: the point of the body in the middle of the picture, of a torus that of
+        its outer equator.
     pixels
         Width and height of the picture.
     pixel_paths
@@ -76,7 +77,7 @@ class SphereEffort:
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class SphereLight:
+class BoothLight:
     """Light of one way to model the printed plate.
 
     Parameters
@@ -86,7 +87,7 @@ class SphereLight:
     wavelength_nm
         Wavelengths.
     centre
-        Radiance at the centre of the sphere over that of the lamps, shape ``(batches, wavelengths)``.
+        Radiance at the centre over that of the lamps, shape ``(batches, wavelengths)``.
     pictures
         The same in each pixel, shape ``(batches, y, x, wavelengths)``.
     """
@@ -119,8 +120,8 @@ class SphereLight:
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class SphereRendering:
-    """A sphere of printed plate in a booth.
+class BoothRendering:
+    """A body of printed plate in a booth.
 
     Parameters
     ----------
@@ -129,35 +130,35 @@ class SphereRendering:
     ink
         The ink as plain data.
     white
-        Radiance at the centre of a sphere that is a perfect diffuser, by batch.
+        Radiance at the centre of a body that is a perfect diffuser, by batch.
     lights
         The ways to model the plate, the sheet first.
     """
 
     booth: Booth
-    effort: SphereEffort
+    effort: BoothEffort
     ink: dict[str, Any]
     white: Float[np.ndarray, " batches"]
-    lights: tuple[SphereLight, ...]
+    lights: tuple[BoothLight, ...]
 
-    def light(self, name: str) -> SphereLight | None:
+    def light(self, name: str) -> BoothLight | None:
         """The light of one way, None if it was not rendered."""
         return next((light for light in self.lights if light.name == name), None)
 
     @property
-    def pairs(self) -> tuple[tuple[SphereLight, SphereLight], ...]:
+    def pairs(self) -> tuple[tuple[BoothLight, BoothLight], ...]:
         """Ways that are compared."""
         found = [
             (self.light(a), self.light(b)) for a, b in ((SHEET, SOLID), (SHEET, VOLUME), (SOLID, VOLUME))
         ]
         return tuple((a, b) for a, b in found if a is not None and b is not None)
 
-    def luminance_factor(self, light: SphereLight) -> Estimate:
-        """Luminance at the centre over that of the white sphere in the same booth."""
+    def luminance_factor(self, light: BoothLight) -> Estimate:
+        """Luminance at the centre over that of a white body in the same booth."""
         relative = ratio_less_one(light.luminance, estimate(self.white))
         return Estimate(1 + relative.value, relative.error)
 
-    def compared(self, one: SphereLight, other: SphereLight) -> tuple[Estimate, Estimate | None]:
+    def compared(self, one: BoothLight, other: BoothLight) -> tuple[Estimate, Estimate | None]:
         """Ratio less 1 of luminance at the centre, and difference in x, y, None for a single wavelength."""
         ratio = ratio_less_one(one.luminance, other.luminance)
         a, b = one.chromaticity, other.chromaticity
@@ -171,7 +172,7 @@ class SphereRendering:
         for light in self.lights:
             lights[light.name] = {
                 "luminance_over_lamp": _plain(light.luminance),
-                "luminance_over_white_sphere": _plain(self.luminance_factor(light)),
+                "luminance_over_white_body": _plain(self.luminance_factor(light)),
                 "xy": _plain(light.chromaticity),
             }
         for one, other in self.pairs:
@@ -181,25 +182,25 @@ class SphereRendering:
                 "xy_difference": _plain(xy),
             }
         return {
-            "scene": "sphere",
+            "scene": self.booth.body.name,
             "booth": dataclasses.asdict(self.booth) | {"words": self.booth.words},
             "effort": dataclasses.asdict(self.effort),
             "ink": self.ink,
-            "white_sphere_over_lamp": _plain(estimate(self.white)),
+            "white_body_over_lamp": _plain(estimate(self.white)),
             "lights": lights,
             "comparisons": comparisons,
         }
 
 
-def render_sphere(
+def render_booth(
     plate: PrintedPlate,
     out: str | Path,
     booth: Booth | None = None,
-    effort: SphereEffort | None = None,
+    effort: BoothEffort | None = None,
     with_volume: bool = True,
     follow: Progress = log_progress,
-) -> SphereRendering:
-    """Render the sphere by Mitsuba 3; batches that are in the folder already are not made again.
+) -> BoothRendering:
+    """Render the booth by Mitsuba 3; batches that are in the folder already are not made again.
 
     Parameters
     ----------
@@ -222,7 +223,7 @@ def render_sphere(
         If Mitsuba is not installed, the ink cannot be a volume although one is wanted, or the folder has
         batches of another rendering.
     """
-    booth, effort = booth or Booth(), effort or SphereEffort()
+    booth, effort = booth or Booth(), effort or BoothEffort()
     medium, wavelengths = plate.ink.medium, plate.wavelength_nm
     if with_volume and medium is None:
         raise InputRefusedError(
@@ -232,6 +233,7 @@ def render_sphere(
     # Refuses a band that has no colour before anything is traced.
     tristimulus_weights(wavelengths)
     with mitsuba() as mi, tempfile.TemporaryDirectory() as folder:
+        meshes = Path(folder)
         files = with_table_plugin(
             mi,
             {
@@ -240,7 +242,7 @@ def render_sphere(
             },
         )
         plan = {
-            "scene": "sphere",
+            "scene": booth.body.name,
             "booth": dataclasses.asdict(booth),
             "paths": [effort.paths, effort.pixels, effort.pixel_paths, _SHARES],
             "seed": effort.seed,
@@ -251,14 +253,14 @@ def render_sphere(
         def body(way: str, w: int) -> dict[str, Any]:
             wavelength, around = float(wavelengths[w]), float(plate.surroundings[w])
             if way == WHITE:
-                return white_sphere(booth)
+                return white_body(booth, meshes)
             if way == SHEET:
-                return sheet_sphere(booth, files[SHEET], wavelength)
+                return sheet_body(booth, files[SHEET], wavelength, meshes)
             if way == SOLID:
                 index = float(plate.ink.table.index_inside[w])
-                return solid_sphere(booth, files[SOLID], wavelength, index, around)
+                return solid_body(booth, files[SOLID], wavelength, index, around, meshes)
             assert medium is not None, "a volume needs a medium"
-            return volume_sphere(booth, medium, w, around)
+            return volume_body(booth, medium, w, around, meshes)
 
         # Tables take long to read, so that scenes are kept.
         @cache
@@ -292,10 +294,10 @@ def render_sphere(
         ways = (SHEET, SOLID, VOLUME) if with_volume else (SHEET, SOLID)
         white = centre(WHITE)[:, 0]
         lights = tuple(
-            SphereLight(way, wavelengths, centre(way), batches(way, 1, effort.pixel_paths, "picture"))
+            BoothLight(way, wavelengths, centre(way), batches(way, 1, effort.pixel_paths, "picture"))
             for way in ways
         )
-    return SphereRendering(booth, effort, plate.ink.describe(), white, lights)
+    return BoothRendering(booth, effort, plate.ink.describe(), white, lights)
 
 
 def _plain(found: Estimate | None) -> dict[str, Any] | None:

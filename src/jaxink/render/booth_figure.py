@@ -1,4 +1,4 @@
-"""The picture of the booth: the sphere by each way, and relative differences between the ways."""
+"""The picture of the booth: the body by each way, and relative differences between the ways."""
 
 from pathlib import Path
 
@@ -6,8 +6,9 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from jaxink.render.batches import Estimate, estimate, ratio_less_one
+from jaxink.render.bodies import Body
 from jaxink.render.booth import FILLS, SHEET, SOLID, VOLUME
-from jaxink.render.sphere import SphereLight, SphereRendering
+from jaxink.render.booth_rendering import BoothLight, BoothRendering
 
 _TITLES = {
     SHEET: "sheet: BSDF of the whole plate\non the full hemisphere, predicted",
@@ -15,22 +16,25 @@ _TITLES = {
     VOLUME: "volume: every scattering traced\n",
 }
 _DPI, _BRIGHTEST = 110, 0.995
-# Differences are those of blocks of pixels, so many across the picture, within the sphere's outline.
-_BLOCKS, _OUTLINE = 8, 0.97
+# Differences are those of blocks of pixels, so many across the picture, and within the body's outline by a
+# share of its half width.
+_BLOCKS, _MARGIN = 8, 0.03
 _PER_CENT = 5.0
 
 
-def block_differences(one: SphereLight, other: SphereLight) -> Estimate:
-    """Relative differences of luminance, of blocks within the sphere; nan outside, shape ``(y, x)``."""
-    return ratio_less_one(*(estimate(_blocks(light)) for light in (one, other)))
+def block_differences(body: Body, one: BoothLight, other: BoothLight) -> Estimate:
+    """Relative differences of luminance, of blocks within the body; nan outside, shape ``(y, x)``."""
+    return ratio_less_one(*(estimate(_blocks(body, light)) for light in (one, other)))
 
 
-def _blocks(light: SphereLight) -> np.ndarray:
-    """Mean luminance of the pixels of each block within the sphere, by batch."""
+def _blocks(body: Body, light: BoothLight) -> np.ndarray:
+    """Mean luminance of the pixels of each block within the body, by batch."""
     pictures = light.pictures @ light.luminance_weights
     n = pictures.shape[1]
-    across = (np.arange(n) + 0.5) / n * 2 - 1
-    within = np.hypot(*np.meshgrid(across, across)) < FILLS * _OUTLINE
+    across = ((np.arange(n) + 0.5) / n * 2 - 1) * body.half_width_mm / FILLS
+    # Rows go down.
+    x, y = np.meshgrid(across, -across)
+    within = body.covers(x, y, _MARGIN * body.half_width_mm)
     number = np.arange(n) * _BLOCKS // n
     sums = np.zeros((len(pictures), _BLOCKS, _BLOCKS))
     counts = np.zeros((_BLOCKS, _BLOCKS))
@@ -42,7 +46,7 @@ def _blocks(light: SphereLight) -> np.ndarray:
     return sums / np.where(counts > (n / _BLOCKS) ** 2 / 2, counts, np.nan)
 
 
-def sphere_figure(rendering: SphereRendering) -> Figure:
+def booth_figure(rendering: BoothRendering) -> Figure:
     """Luminance of each way above, and differences below."""
     lights, pairs = rendering.lights, rendering.pairs
     columns = len(lights)
@@ -57,11 +61,11 @@ def sphere_figure(rendering: SphereRendering) -> Figure:
         panel.set_title(
             f"{_TITLES[light.name]}\ncentre {100 * found.value:.1f} ± {100 * found.error:.1f} %", fontsize=8
         )
-    figure.colorbar(drawn, ax=list(axes[0]), shrink=0.8).set_label("luminance / white sphere's", fontsize=8)
+    figure.colorbar(drawn, ax=list(axes[0]), shrink=0.8).set_label("luminance / white body's", fontsize=8)
     for panel in axes[1][len(pairs) :]:
         panel.set_visible(False)
     for panel, (one, other) in zip(axes[1], pairs, strict=False):
-        found = block_differences(one, other)
+        found = block_differences(rendering.booth.body, one, other)
         shown = panel.imshow(100 * found.value, vmin=-_PER_CENT, vmax=_PER_CENT, cmap="coolwarm")
         panel.set_title(
             f"{one.name} less {other.name}\nerror of a block {100 * np.nanmedian(found.error):.1f} %",
@@ -74,6 +78,6 @@ def sphere_figure(rendering: SphereRendering) -> Figure:
     return figure
 
 
-def save_sphere_figure(rendering: SphereRendering, path: Path) -> None:
+def save_booth_figure(rendering: BoothRendering, path: Path) -> None:
     """Write the figure as PNG."""
-    sphere_figure(rendering).savefig(path, dpi=_DPI, metadata={"Software": None})
+    booth_figure(rendering).savefig(path, dpi=_DPI, metadata={"Software": None})
