@@ -25,6 +25,7 @@ from jaxink.fitting.inputs import limits_of
 from jaxink.fitting.mistake import Mistake, RefittedHypothesis, is_ordered, log_determinant
 from jaxink.fitting.objective import Objective, make_objective, weights_of
 from jaxink.fitting.outcome import Outcome, Search
+from jaxink.fitting.pigment_hypotheses import of_pigments
 from jaxink.fitting.result import FitResult
 from jaxink.fitting.scanning import scan
 from jaxink.fitting.verdict import FitVerdictCode, exceeds_noise
@@ -182,7 +183,8 @@ class _Check:
             return self._judged(list(self._tried(OF_SIGMA)))
         tried = self._scanned(list(self._tried((*OF_DATA, *OF_SIGMA))))
         if not self._is_any_named(tried):
-            groups = (LIT_FROM_OTHER_SIDE,), (ANGLES_EXCHANGED,), tuple(of_lengths(self.sample))
+            groups = [(LIT_FROM_OTHER_SIDE,), (ANGLES_EXCHANGED,), tuple(of_lengths(self.sample))]
+            groups.append(tuple(of_pigments(self.sample)))
             # Most of the time is compilation, of one program for each group.
             with ThreadPoolExecutor(_COMPILING) as pool:
                 more = [one for group in pool.map(self._tried_in_thread, groups) for one in group]
