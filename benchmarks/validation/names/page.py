@@ -1,10 +1,13 @@
 """docs/validation/names.md: what diagnoses named, of the cases that were seen and of those that were not."""
 
+import json
 from pathlib import Path
 
 from benchmarks.pages import filled, machine, table, write_page
 from benchmarks.validation.names.cases import SIZES, Case
+from benchmarks.validation.names.gains import RESULTS as GAINS
 from jaxink.diagnosis import VerdictCode
+from jaxink.numerics.digits import with_uncertainty
 
 
 def is_right(case: Case, found: dict) -> bool:
@@ -29,6 +32,18 @@ def is_wrong(case: Case, found: dict) -> bool:
 def write(every: dict[str, Case], results: dict[str, dict]) -> None:
     """Write the page."""
     write_page("names.md", _page(every, results))
+
+
+def _gains() -> str:
+    """Gains that are declared and free, with their standard errors."""
+    rows = []
+    for name, one in json.loads(GAINS.read_text(encoding="utf-8")).items():
+        found = with_uncertainty(100 * one["value"], 100 * one["standard_error"])
+        off = (one["value"] - one["true"]) / one["standard_error"]
+        rows.append(
+            [name, f"{100 * one['true']:+.1f}", found, f"{off:+.1f}", f"{one['delta_chi_square']:.1f}"]
+        )
+    return table(["case", "true gain, %", "fitted, %", "off, s.e.", "decrease in chi-square"], rows)
 
 
 def _page(every: dict[str, Case], results: dict[str, dict]) -> str:
@@ -74,6 +89,7 @@ def _page(every: dict[str, Case], results: dict[str, dict]) -> str:
             ],
             rows,
         ),
+        gains=_gains(),
         done=len(results),
         total=len(every),
     )
