@@ -69,6 +69,10 @@ def test_a_law_is_written_and_read_back():
         (("exponent = 1.2", "exponent = { free = true, min = 0, max = 10 }", "= 60,", "= 1e6,"), "450"),
         (("asymmetry_parameter = 0.5", 'asymmetry_parameter = { law = "power" }'), "asymmetry_parameter"),
         (("thickness_um = 50", 'thickness_um = { law = "power" }'), "thickness_um"),
+        (
+            ("asymmetry_parameter = 0.5", 'asymmetry_parameter = { tie = "ink.scattering_per_mm / 200" }'),
+            "exponent",
+        ),
     ],
 )
 def test_a_bad_law_is_refused(changes, named, refused_sample):

@@ -131,6 +131,19 @@ def test_ties_by_wavelength_name_the_values_there():
     assert parse_sample(sample_text(sample)).parameters == sample.parameters
 
 
+def test_a_tie_by_wavelength_may_name_another_wavelength_too():
+    mixed = edited(
+        BY_WAVELENGTH,
+        (
+            "0.02 * ink.scattering_per_mm + 1e-3*ink.thickness_um",
+            "0.02 * ink.scattering_per_mm@500 + 1e-3 * ink.scattering_per_mm",
+        ),
+    )
+    sample = parse_sample(mixed)
+    assert sample.parameters.values_with({})["ink.absorption_per_mm@600"] == pytest.approx(0.214)
+    assert parse_sample(sample_text(sample)).parameters == sample.parameters
+
+
 def test_only_what_no_other_wavelength_uses_is_of_one_wavelength():
     sample = parse_sample(BY_WAVELENGTH)
     free = [p.name for p in sample.parameters.free]

@@ -115,6 +115,11 @@ def _foresee(
 
     if is_described(source):
         sample = jaxink.load_sample(source)
+        if not sample.wavelengths_nm:
+            raise InputRefusedError(
+                f"{source}: states no wavelength, which the table of the ink has to name; write "
+                "wavelength_nm = <number in nm> at the top."
+            )
         saved: SavedFit | None = SavedFit(sample, sample.wavelengths_nm, has_standard_errors=False)
     else:
         saved = read_saved_fit(source)

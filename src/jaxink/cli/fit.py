@@ -33,11 +33,13 @@ def run_fit(
     formats: Sequence[str],
     output: str,
     drawn_nm: Sequence[float] | None = None,
+    checks_input: bool = True,
 ) -> ExitCode:
     """Fit a measurement and write the result to the folder ``out``.
 
     ``options`` are fields of `FitOptions`, ``columns`` keywords of `jaxink.read`, ``formats`` those of the
-    figures, ``drawn_nm`` the wavelengths of their scans; ``output`` is ``tables``, ``json`` or ``quiet``.
+    figures, ``drawn_nm`` the wavelengths of their scans; ``output`` is ``tables``, ``json`` or ``quiet``;
+    ``checks_input`` says whether mistakes in the input are tested.
     """
     require_folder(out)
     require_not_replaced(out, [*data_files, sample_file])
@@ -50,7 +52,18 @@ def run_fit(
     session.import_meanwhile("xarray", *(["jaxink.plots.overview"] if formats else []))
     chosen = jaxink.FitOptions(**options)
     with session.progress(quiet=output != "tables") as follow:
-        result = check_input(jaxink.fit(data, sample, chosen, follow), follow)
+        result = jaxink.fit(data, sample, chosen, follow)
+        if checks_input:
+            # Tests of the input may take longer than the fit, which is not lost if they are stopped.
+            with whole_folder(out, owned=OWNED) as folder:
+                result.write_into(folder)
+            try:
+                result = check_input(result, follow)
+            except KeyboardInterrupt:
+                typer.echo(
+                    f"jaxink: the fit is kept in {out}; its input was not tested to the end.", err=True
+                )
+                raise
     files = write_result(result, out, formats, input_words(data_files, columns), sample_file, drawn_nm)
     if output == "json":
         typer.echo(json_text({**result.to_dict(), "files": [str(file) for file in files]}))

@@ -73,7 +73,11 @@ def fit(
         typer.Option(metavar="N", help="Largest number of evaluations of the model by all searches."),
     ] = None,
     max_seconds: Annotated[
-        float | None, typer.Option(metavar="S", help="Longest run time of all searches, without compilation.")
+        float | None,
+        typer.Option(
+            metavar="S",
+            help="Longest run time of all searches, without compilation and without tests of the input.",
+        ),
     ] = None,
     goal: Annotated[
         float | None,
@@ -98,6 +102,14 @@ def fit(
             help="Profile likelihoods of weak (at most 6), all or no parameters.",
         ),
     ] = "auto",
+    input_check: Annotated[
+        bool,
+        typer.Option(
+            "--input-check/--no-input-check",
+            help="Test mistakes in the input if the fit misses the noise, by one refit for each; this may "
+            "take longer than the fit.",
+        ),
+    ] = True,
     accuracy: Accuracy = DEFAULT_ACCURACY,
     layer_method: Annotated[
         str,
@@ -152,7 +164,9 @@ def fit(
         from jaxink.cli.fit import run_fit
 
         raise typer.Exit(
-            run_fit(data, stated_sample(sample), out, options, stated, formats, output, figures_at)
+            run_fit(
+                data, stated_sample(sample), out, options, stated, formats, output, figures_at, input_check
+            )
         )
 
 

@@ -12,6 +12,7 @@ from jaxink.files.result_folder import (
     MEASUREMENTS,
     RESULT_FILE,
     SAMPLE_FILE,
+    joint_file,
 )
 from jaxink.sample import document_of, text_of
 
@@ -29,7 +30,8 @@ def is_of_many(source: Path) -> bool:
 
 
 def _is_joint(source: Path) -> bool:
-    return source.name == JOINT_FILE or os.path.lexists(source / JOINT_FILE)
+    joint = joint_file(source)
+    return joint.name == JOINT_FILE and (joint == source or os.path.lexists(joint))
 
 
 def of_measurement(source: Path, measurement: str | None) -> Path:
@@ -53,7 +55,7 @@ def of_measurement(source: Path, measurement: str | None) -> Path:
                 f"{shown_path(source)}: is no joint fit; leave out --measurement {measurement}."
             )
         return source
-    folder = source.parent if source.name == JOINT_FILE else source
+    folder = joint_file(source).parent
     plain = read_json(folder / JOINT_FILE, LARGEST_RESULT_BYTES, "result")
     names = [name for name in plain.get("measurements", ()) if isinstance(name, str)]
     results = {name: folder / MEASUREMENTS / name for name in names}

@@ -32,6 +32,8 @@ _HEADS = {
 }
 # Of a joint fit: its result, and the folder with the results of its measurements.
 JOINT_FILE, MEASUREMENTS = "joint.json", "measurements"
+# Of the diagnosis of several measurements.
+JOINT_REPORT = "joint_report.json"
 # Of a measurement that is no BSDF.
 READINGS_FILE = "readings.json"
 LARGEST_RESULT_BYTES = 256_000_000
@@ -50,6 +52,16 @@ def result_file(path: Path) -> Path:
         return path
     is_diagnosis = os.path.lexists(path / REPORT_FILE) and not os.path.lexists(path / RESULT_FILE)
     return path / CORRECTED / RESULT_FILE if is_diagnosis else path / RESULT_FILE
+
+
+def joint_file(path: Path) -> Path:
+    """The ``joint.json`` that a path stands for: for a joint diagnosis, that of the corrected model."""
+    if path.name == JOINT_REPORT:
+        path = path.parent
+    if not os.path.isdir(path):
+        return path
+    is_diagnosis = os.path.lexists(path / JOINT_REPORT) and not os.path.lexists(path / JOINT_FILE)
+    return path / CORRECTED / JOINT_FILE if is_diagnosis else path / JOINT_FILE
 
 
 def require_not_replaced(folder: Path, inputs: Iterable[Path]) -> None:

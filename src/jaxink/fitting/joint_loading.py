@@ -12,11 +12,11 @@ from jaxink.files.decoding import Rules, decode, described, read_json
 from jaxink.files.exchange import settle
 from jaxink.files.reading import shown_path
 from jaxink.files.result_folder import (
-    JOINT_FILE,
     LARGEST_RESULT_BYTES,
     MEASUREMENTS,
     READINGS_FILE,
     RESULT_FILE,
+    joint_file,
 )
 from jaxink.fitting.agreement import Agreement
 from jaxink.fitting.comparison_methods import METHODS
@@ -102,7 +102,8 @@ def load_joint_result(path: str | Path, effects: Collection[Any] = ()) -> JointR
     Parameters
     ----------
     path
-        Its folder, or the ``joint.json`` in it.
+        Its folder, or the ``joint.json`` in it; or the folder of a joint diagnosis, whose corrected model is
+        then taken.
     effects
         Classes of effects of your own that the samples declare.
 
@@ -112,8 +113,7 @@ def load_joint_result(path: str | Path, effects: Collection[Any] = ()) -> JointR
         Naming file and key: it is not a joint result, has another schema version, or its files do not belong
         together.
     """
-    path = Path(path)
-    path = path / JOINT_FILE if os.path.isdir(path) else path
+    path = joint_file(Path(path))
     settle(path.parent)
     name = shown_path(path)
     if not os.path.lexists(path):

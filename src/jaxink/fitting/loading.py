@@ -16,10 +16,10 @@ from jaxink.files.netcdf import read_dataset, values_of
 from jaxink.files.reading import shown_path
 from jaxink.files.result_folder import (
     CORRECTED,
-    JOINT_FILE,
     LARGEST_RESULT_BYTES,
     MEASUREMENTS,
     REPORT_FILE,
+    joint_file,
     result_file,
 )
 from jaxink.fitting.comparison_methods import METHODS
@@ -95,10 +95,10 @@ def load_result(path: str | Path, effects: Collection[Any] = ()) -> FitResult:
     settle(path.parent)
     name = shown_path(path)
     if "\0" not in str(path) and not os.path.lexists(path):
-        if os.path.lexists(path.parent / JOINT_FILE):
+        if os.path.lexists(joint := joint_file(path.parent)):
             raise InputRefusedError(
-                f"{shown_path(path.parent)}: is a joint fit; give the folder of one of its measurements, "
-                f"such as {_a_measurement(path.parent)}, or use jaxink.load_joint_result."
+                f"{shown_path(path.parent)}: is a joint fit or diagnosis; give the folder of one of its "
+                f"measurements, such as {_a_measurement(joint.parent)}, or use jaxink.load_joint_result."
             )
         if path.parent.name == CORRECTED:
             raise InputRefusedError(

@@ -21,7 +21,7 @@ from jaxink.sample.entries import (
 )
 from jaxink.sample.parameters import Parameter
 from jaxink.sample.schema import Quantity
-from jaxink.sample.ties import at_wavelength
+from jaxink.sample.ties import at_wavelength, whole_names
 
 # Quantities that are the same in light of any wavelength.
 _WITHOUT_SPECTRUM = (
@@ -57,12 +57,24 @@ class ParameterReader:
     def parameters(self) -> list[Parameter]:
         """All that were read; the tie of a value at a wavelength names the values at this wavelength."""
         names = {p.name for p in self._parameters}
+        self._require_no_formula()
         return [
             dataclasses.replace(p, tie=at_wavelength(p.tie, self._wavelength_of[p.name], names))
             if p.tie is not None and p.name in self._wavelength_of
             else p
             for p in self._parameters
         ]
+
+    def _require_no_formula(self) -> None:
+        """Reject ties to a quantity by formula, which is no parameter."""
+        formulas = {dispersion.name: dispersion for dispersion in self.dispersions}
+        for p in self._parameters:
+            for name in sorted(whole_names(p.tie or "") & formulas.keys()):
+                coefficients = ", ".join(f"{name}.{key}" for key in formulas[name].coefficients)
+                raise InputRefusedError(
+                    f"{p.name}: the tie '{p.tie}' names {name}, which follows a formula; tie to its "
+                    f"coefficients instead: {coefficients}."
+                )
 
     def read(self, owner: str, quantities: dict[str, Quantity], table: dict[str, Any]) -> None:
         """Read the numbers of one table; ``owner`` is the first part of their names."""

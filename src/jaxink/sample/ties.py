@@ -70,6 +70,12 @@ def names_in(expression: str) -> set[str]:
     return {name for node in ast.walk(tree) if (name := _dotted_name(node)) is not None}
 
 
+def whole_names(expression: str) -> set[str]:
+    """Dotted names of an expression without their stems, and without the wavelength of a value at one."""
+    found = (match["stem"] for match in _NUMBER_OR_NAME.finditer(expression))
+    return {"".join(stem.split()) for stem in found if stem is not None}
+
+
 def at_wavelength(expression: str, wavelength_nm: float, names: Collection[str]) -> str:
     """The expression with the values at a wavelength of those parameters that have them.
 

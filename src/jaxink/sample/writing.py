@@ -6,12 +6,14 @@ import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
+from jaxink.errors import InputRefusedError
 from jaxink.sample import measurement_schema, schema
 from jaxink.sample.description import Layer, Sample
 from jaxink.sample.effect_schema import EFFECTS
 from jaxink.sample.parameters import Parameter
 from jaxink.sample.roughness import Roughness
 from jaxink.sample.schema import HEIGHT_MAP_WORD
+from jaxink.sample.ties import at_wavelength
 
 
 def sample_text(sample: Sample, remarks: Mapping[str, str] | None = None, head: Iterable[str] = ()) -> str:
@@ -170,17 +172,22 @@ class _Writer:
         if each[0].tie is None:
             parts["value"] = _list([p.value for p in each])
         else:
-            parts["tie"] = _word(_common_tie(each))
+            parts["tie"] = _word(_common_tie(each, self.sample))
         return _inline(parts)
 
 
-def _common_tie(each: Sequence[Parameter]) -> str:
-    """The expression from which the ties of values at the wavelengths were made."""
+def _common_tie(each: Sequence[Parameter], sample: Sample) -> str:
+    """The expression from which the ties of values at the wavelengths were made.
+
+    It names no wavelength where a tie names its own, and others where all ties name the same.
+    """
     ties = [p.tie or "" for p in each]
-    if len(set(ties)) == 1:
-        return ties[0]
-    at = each[0].name.partition("@")[1:]
-    return re.sub(rf"{re.escape(''.join(at))}(?![\w.])", "", ties[0])
+    for tie, wavelength_nm in zip(ties, sample.wavelengths_nm, strict=True):
+        common = re.sub(rf"@{re.escape(f'{wavelength_nm:g}')}(?![\w.])", "", tie)
+        if ties == [at_wavelength(common, wave, sample.parameters) for wave in sample.wavelengths_nm]:
+            return common
+    names = ", ".join(p.name for p in each)
+    raise InputRefusedError(f"the ties of {names} have no common expression that a sample file could hold.")
 
 
 def _entry(parameter: Parameter) -> str:

@@ -7,13 +7,12 @@ from jaxink.diagnosis.findings.verdict import VerdictCode
 from jaxink.display.brief import brief_repr, counted
 from jaxink.display.card import Card, CardTable, Presented
 from jaxink.files.encoding import SavedInFolder, plain
-from jaxink.files.result_folder import CORRECTED, DECLARED
+from jaxink.files.result_folder import CORRECTED, DECLARED, JOINT_REPORT
 from jaxink.fitting import JointResult
 from jaxink.numerics.digits import rounded
 from jaxink.numerics.failures import Failure
 
 SCHEMA_VERSION = 1
-JOINT_REPORT = "joint_report.json"
 
 
 @dataclasses.dataclass(frozen=True)
