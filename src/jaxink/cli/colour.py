@@ -10,6 +10,7 @@ import typer
 import jaxink
 from jaxink.cli import session
 from jaxink.cli.fit_tables import console
+from jaxink.cli.one_measurement import is_described
 from jaxink.cli.session import ExitCode
 from jaxink.errors import InputRefusedError
 from jaxink.files.encoding import json_text
@@ -79,6 +80,10 @@ def run_colour(
     arrangement = options.arrangement()
     light = _illuminant(illuminant)
     session.prepare_jax()
+    if is_described(source):
+        raise InputRefusedError(
+            f"{source}: is a sample file; the colours that jaxink colour prints are those of a fit of a BSDF."
+        )
     result = jaxink.load_result(source)
     found = result.colour(chosen, light, observer_deg, arrangement)
     if output == "json":

@@ -55,7 +55,8 @@ def run_diagnose(
 
     inputs = input_words(data_files, columns)
     failures = Failures()
-    written = write_report(found, out, with_figures, inputs, failures=failures)
+    stated = str(sample_file)
+    written = write_report(found, out, with_figures, inputs, failures=failures, sample_file=stated)
     session.show_failures(failures)
     if found.time_limit is None or not found.time_limit.not_done:
         unfinished.clear()
@@ -65,7 +66,7 @@ def run_diagnose(
         from jaxink.cli.diagnosis_tables import show_diagnosis
         from jaxink.cli.fit_tables import console
 
-        show_diagnosis(console(), found, written, next_steps(found, out, inputs))
+        show_diagnosis(console(), found, written, next_steps(found, out, inputs, stated))
     if not found.declared.converged:
         return ExitCode.NOT_CONVERGED
     if found.verdict.code is jaxink.diagnosis.VerdictCode.UNFINISHED:

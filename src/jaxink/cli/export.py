@@ -89,7 +89,7 @@ def run_export(source: Path, layers: Sequence[str], sampling: dict[str, Any], ta
         if remark is not None:
             table.attrs["printed_dots"] = remark
     with _advised(target, options, sampling, table):
-        start = " with the start values of its free parameters" * is_described(source)
+        start = " with the values that it states for its free parameters" * is_described(source)
         _write(table, target, options, f"Ink of {source}{start}")
     warning = warning_of(table)
     if warning is not None and not target.quiet:

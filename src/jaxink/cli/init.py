@@ -232,11 +232,9 @@ def show(data: jaxink.GonioData, sample: jaxink.Sample, draft: Draft, assumed: l
         shown = ", ".join(f"{nm:g}" for nm in kept)
         lines.append(f"Of {n_held} wavelengths, {len(kept)} are fitted, as requested: {shown} nm.")
     elif n_held > 1:
-        some = ",".join(f"{kept[k]:g}" for k in sorted({0, n_held // 2, n_held - 1}))
-        lines.append(
-            f"All {n_held} wavelengths are fitted, {_coefficients(draft)}; fewer are faster: "
-            f"--wavelengths {some}"
-        )
+        some = [f"{kept[k]:g}" for k in sorted({0, n_held // 2, n_held - 1})]
+        fewer = f"; fewer are faster: --wavelengths {','.join(some)}" if len(some) < n_held else ""
+        lines.append(f"All {n_held} wavelengths are fitted, {_coefficients(draft)}{fewer}")
     if assumed:
         values = " ".join(f"--{name.replace('_', '-')} {getattr(draft, name)}" for name in assumed)
         lines.append(

@@ -59,7 +59,7 @@ def run_joint_predict(
             else:
                 _write_bsdf(data, sample, config, accuracy, file)
     if not quiet:
-        start = " with the start values of its free parameters" * is_project
+        start = " with the values that it states for its free parameters" * is_project
         lines = [f"{counted(len(wanted), 'measurement')} of {source} predicted{start}."]
         typer.echo("\n".join([*lines, *(f"Written: {out / name}.csv" for name in wanted)]))
     return ExitCode.FITTED

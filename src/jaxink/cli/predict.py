@@ -77,7 +77,9 @@ def run_predict(
     predicted = jaxink.predict(sample, data, config, accuracy or DEFAULT_ACCURACY)
     write_prediction(data, predicted, unknown, out)
     if not quiet:
-        start = " with the start values of its free parameters" * (is_sample and bool(sample.parameters.free))
+        start = " with the values that it states for its free parameters" * (
+            is_sample and bool(sample.parameters.free)
+        )
         measured = data.source or "the measurement"
         n_predicted = int((predicted == predicted).sum())
         lines = [f"{n_predicted} directions of {measured} predicted from {source}{start}."]
@@ -115,8 +117,8 @@ def other_conditions(data: "GonioData", fitted: "GonioData", unknown_nm: Sequenc
     if other:
         had = f"{waves[0]:g}" if len(waves) == 1 else f"{len(waves)} from {waves[0]:g} to {waves[-1]:g}"
         lines.append(
-            f"{_listed(other)} nm was not fitted (the fit had {had} nm); values that "
-            "change with the wavelength are not those of it."
+            f"{_listed(other)} nm was not fitted (the fit had {had} nm); parameters that follow no formula "
+            "of the wavelength are taken as they are."
         )
     low, high = fitted.theta_i_deg[used].min(), fitted.theta_i_deg[used].max()
     beyond = sorted({t for t in data.theta_i_deg.tolist() if not low - _SAME_DEG <= t <= high + _SAME_DEG})

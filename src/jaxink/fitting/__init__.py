@@ -1,7 +1,7 @@
 """Fitting a sample to a measurement, gradient-based or by other methods for comparison."""
 
 from jaxink.fitting.agreement import Agreement
-from jaxink.fitting.assembly import Found, assemble
+from jaxink.fitting.assembly import UNMOVED, Found, assemble
 from jaxink.fitting.bounded import DECREMENT
 from jaxink.fitting.colouring import colours, points_affected
 from jaxink.fitting.comparison_methods import METHODS
@@ -43,6 +43,7 @@ from jaxink.fitting.uncertainty import covariance
 from jaxink.fitting.verdict import FitVerdict, FitVerdictCode, level_in_doubt
 
 __all__ = [
+    "UNMOVED",
     "COMPARABLE_RISE",
     "DECREMENT",
     "METHODS",

@@ -53,6 +53,8 @@ _QUANTITIES = (
 )
 # More spheres are left out at equal intervals: those of neighbouring wavelengths are alike.
 _MOST = 64
+# Note on a search that ended where it started.
+UNMOVED = "No parameter moved from its start value."
 
 
 @dataclasses.dataclass(frozen=True)
@@ -379,7 +381,7 @@ def _unmoved(found: Found) -> str:
     """Why the best values are those of the start: searches from elsewhere may have found nothing better."""
     others = sum(not np.allclose(search.start, found.best.unit) for search in found.searches)
     if not others:
-        return "No parameter moved from its start value."
+        return UNMOVED
     return (
         f"The start values are the best found: {others} search{'es' * (others != 1)} from elsewhere ended "
         "no lower."

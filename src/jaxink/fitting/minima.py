@@ -96,7 +96,7 @@ class Minima:
         best, others = self.found[0].starts, [one for one in self.found[1:] if one.starts]
         if self.starts == 1:
             ended = "this minimum, too" if best else "no minimum" if self.unfinished else "another minimum"
-            return f"The start alone leads to {ended}; the scan has found the others below."
+            return f"The start alone leads to {ended}; the scan has found the others in the table."
         words = f"{best} of {counted(self.starts, 'start')} ended in the minimum of this fit"
         elsewhere = self.starts - best - self.unfinished
         if elsewhere:

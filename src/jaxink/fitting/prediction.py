@@ -111,7 +111,9 @@ def predict_at(
     sample = sample if isinstance(sample, Sample) else load_sample(sample)
     if wavelength_nm is None:
         if len(sample.wavelengths_nm) != 1:
-            raise InputRefusedError("wavelength_nm is missing; the sample does not have exactly one.")
+            known = ", ".join(f"{nm:g}" for nm in sample.wavelengths_nm)
+            of = f", one or several of {known}" if known else ", as the sample states none"
+            raise InputRefusedError(f"wavelength_nm is missing; state it in nm{of}.")
         wavelength_nm = sample.wavelengths_nm[0]
     if not np.isin(side, ("R", "T")).all():
         raise InputRefusedError(f"side is {side!r}; it must be 'R' or 'T', or an array of these.")

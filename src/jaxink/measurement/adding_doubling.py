@@ -84,7 +84,8 @@ def read_adding_doubling(path: Path, wavelength_nm: float | None = None) -> Read
     if np.isnan(wavelength).any():
         if wavelength_nm is None:
             row = rows[int(np.argmax(np.isnan(wavelength)))][0]
-            raise refusal(path, "states no wavelength; state that of all readings as wavelength_nm", row)
+            text = "states no wavelength; state that of all readings as wavelength_nm"
+            raise refusal(path, f"{text} (in a project: reading = {{ wavelength_nm = <nm> }})", row)
         wavelength = np.full(len(rows), float(wavelength_nm))
     elif wavelength_nm is not None:
         raise refusal(path, "states its wavelengths (column L); do not state another one as wavelength_nm")

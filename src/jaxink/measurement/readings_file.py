@@ -140,7 +140,10 @@ def _of_table(
             raise refusal(table.source, text, table.header_line, "wavelength_nm")
         wavelength = numbers(table, table.names.index("wavelength_nm"), "wavelength_nm")
     elif wavelength_nm is None:
-        text = "is missing; add it, or state the wavelength of all readings as wavelength_nm"
+        text = (
+            "is missing; add it, or state the wavelength of all readings as wavelength_nm (in a project: "
+            "reading = { wavelength_nm = <nm> })"
+        )
         raise refusal(table.source, text, table.header_line, "wavelength_nm")
     else:
         wavelength = np.full(len(quantity), float(wavelength_nm))
@@ -231,7 +234,11 @@ def _spheres(
     if not np.isnan(wall).all() or not np.isnan(fraction).all() or _SPHERE[2] in (*of_all, *table.names):
         spheres = Spheres(wall, fraction, _reference(table, quantity, wall, of_all))
         is_ideal = (at_sphere & np.isnan(wall)).any()
-        return spheres, [IDEAL_SPHERE] if is_ideal else []
+        notes = [IDEAL_SPHERE] if is_ideal else []
+        if of_all:
+            stated = ", ".join(f"{name} = {text}" for name, (_, text) in of_all.items())
+            notes.append(f"Of the sphere, comments state {stated}.")
+        return spheres, notes
     return None, [IDEAL_SPHERE] if at_sphere.any() else []
 
 

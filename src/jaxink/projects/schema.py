@@ -43,7 +43,11 @@ MEASUREMENT = {
         'rows of the files that are read: the cell by column, such as `{ lit_side = "ink" }`; '
         'see "Several conditions in one file"',
     ),
-    "reading": Entry("a table", "empty", "what the files do not state: keywords of `jaxink.read`"),
+    "reading": Entry(
+        "a table",
+        "empty",
+        "what the files do not state: keywords of `jaxink.read`, or of `jaxink.read_readings`",
+    ),
     "instrument": Entry("a name", "none", "one of `[instruments.NAME]`, or a word for people"),
     "specimen": Entry("a name", "none", "one of `[specimens.NAME]`"),
     "lit_side": Entry(

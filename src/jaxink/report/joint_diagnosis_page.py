@@ -97,20 +97,28 @@ def joint_diagnosis_page(
         sections.append(html.section("Effects that were found", said, table, paragraph(_STEPS)))
     links = "".join(
         f'<p><a href="{folder}/{PAGE_FILE}">{escape(words)}</a></p>\n'
-        for folder, words in (
-            (CORRECTED, "The corrected model: figures, parameters and agreement of the measurements"),
-            (DECLARED, "The declared model, likewise"),
-        )
+        for folder, words in _pages_of(diagnosis)
     )
     sections.append(html.section("Measurements", diagnosis.misfit_table().html(), links))
     if corrected.agreement is not None:
         sections.append(html.section("Agreement", paragraph(corrected.agreement.sentence)))
     parameters = [html.section("Parameters", corrected.parameter_table().html())]
-    details = [html.section("Parameters of the declared model", diagnosis.declared.parameter_table().html())]
+    details = []
+    if diagnosis.steps:
+        declared = diagnosis.declared.parameter_table().html()
+        details.append(html.section("Parameters of the declared model", declared))
     if corrected.notes:
         details.append(html.section("Notes", html.bullets(corrected.notes)))
     title = corrected.title or ", ".join(corrected.measurements)
     return html.document(f"Joint diagnosis: {title}", "".join(top), sections + parameters, details)
+
+
+def _pages_of(diagnosis: JointDiagnosis) -> list[tuple[str, str]]:
+    """Folder and description of the pages of the fits."""
+    what = "figures, parameters and agreement of the measurements"
+    if not diagnosis.steps:
+        return [(CORRECTED, f"The model: {what}")]
+    return [(CORRECTED, f"The corrected model: {what}"), (DECLARED, "The declared model, likewise")]
 
 
 def _failed(failures: Sequence[Failure]) -> str:

@@ -204,6 +204,9 @@ def parameters(diagnosis: "Diagnosis") -> Section:
             "column (one standard deviation). A value that may have been shifted to the end of its range is "
             "not determined."
         )
+        held = [p.name for p in diagnosis.corrected.parameters.free if p.flag.startswith("at ")]
+        if held:
+            text += f" All others are those at the bound of {', '.join(held)}, and change if it does."
     return section("Parameters of each model", table(heads, rows, (0, 1)), paragraph(text))
 
 

@@ -30,7 +30,9 @@ class NextStep:
         return [self.words, *([f"  {self.command}"] if self.command else [])]
 
 
-def next_steps(diagnosis: Diagnosis, folder: str | Path, inputs: Sequence[str] = ()) -> list[NextStep]:
+def next_steps(
+    diagnosis: Diagnosis, folder: str | Path, inputs: Sequence[str] = (), sample_file: str = ""
+) -> list[NextStep]:
     """Steps after a diagnosis, the most important first.
 
     Parameters
@@ -42,17 +44,20 @@ def next_steps(diagnosis: Diagnosis, folder: str | Path, inputs: Sequence[str] =
     inputs
         Words of a command for the measurement: its files, and options that say how to read them. None: the
         name of the measurement.
+    sample_file
+        The sample file of the diagnosis; empty: not known.
     """
+    sample_file = sample_file or "SAMPLE.toml"
     measured, folder = list(inputs) or [diagnosis.declared.data.source or "DATA.csv"], str(folder)
     code = diagnosis.verdict.code
     if code is VerdictCode.INPUT_MISTAKE:
-        again = _command("diagnose", *measured, "--sample", "SAMPLE.toml", "--out", folder)
+        again = _command("diagnose", *measured, "--sample", sample_file, "--out", folder)
         return [NextStep("Correct the mistake named above and diagnose again:", again)]
     if code is VerdictCode.NOT_TESTABLE:
         return [NextStep("Fix parameters that you know, or measure more points, and diagnose again.")]
     steps = []
     if code is VerdictCode.UNFINISHED:
-        again = _command("diagnose", *measured, "--sample", "SAMPLE.toml", "--out", folder, "--resume")
+        again = _command("diagnose", *measured, "--sample", sample_file, "--out", folder, "--resume")
         steps.append(NextStep("Go on where the time limit ended the diagnosis:", again))
     steps += [
         NextStep(f"Measure {f.measurement}: it distinguishes {' from '.join(f.effects)}.")

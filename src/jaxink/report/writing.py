@@ -58,6 +58,7 @@ def write_report(
     inputs: Sequence[str] = (),
     change: TableComparison | str | None = None,
     failures: Failures | None = None,
+    sample_file: str = "",
 ) -> list[Path]:
     """Write the answer, all of it or nothing; then the page with its figures and the ink's BSDF.
 
@@ -82,6 +83,8 @@ def write_report(
         What `inside_change` returns, if it is known already.
     failures
         Takes note of figures, and tables of the ink, that fail; None: they are logged. The page names them.
+    sample_file
+        See `next_steps`.
 
     Raises
     ------
@@ -90,7 +93,7 @@ def write_report(
     """
     if failures is None:
         failures = Failures()
-        files = write_report(diagnosis, folder, with_figures, inputs, change, failures)
+        files = write_report(diagnosis, folder, with_figures, inputs, change, failures, sample_file)
         for failure in failures.found:
             _LOG.warning("%s", failure.sentence)
         return files
@@ -114,7 +117,9 @@ def write_report(
     hidden: list[HiddenChange] | str = []
     with failures.sparing("what hidden effects would do to the ink's BSDF inside the plate", ""):
         hidden = hidden_changes(diagnosis)
-    text = _page(diagnosis, change, hidden, embedded, next_steps(diagnosis, folder, inputs), failures)
+    text = _page(
+        diagnosis, change, hidden, embedded, next_steps(diagnosis, folder, inputs, sample_file), failures
+    )
     with failures.sparing("the writing of the page and its figures", ""):
         files += _write_shown(folder, text, drawn, inside)
     return [Path(folder) / name for name in sorted(files)]

@@ -8,7 +8,7 @@ from jaxink.display.brief import brief_repr, counted
 from jaxink.display.card import Card, CardTable, Presented
 from jaxink.files.encoding import SavedInFolder, plain
 from jaxink.files.result_folder import CORRECTED, DECLARED, JOINT_REPORT
-from jaxink.fitting import JointResult
+from jaxink.fitting import FitVerdictCode, JointResult
 from jaxink.numerics.digits import rounded
 from jaxink.numerics.failures import Failure
 
@@ -97,8 +97,15 @@ class JointDiagnosis(SavedInFolder, Presented):
         return self.corrected.verdict.is_misfit or disagree
 
     @property
+    def is_untested(self) -> bool:
+        """Whether nothing could be tested, as there are not more points than free parameters."""
+        return self.declared.verdict.code is FitVerdictCode.NOT_JUDGED and not self.n_candidates
+
+    @property
     def code(self) -> VerdictCode:
         """The verdict as one word."""
+        if self.is_untested:
+            return VerdictCode.NOT_TESTABLE
         if self.steps:
             return VerdictCode.PARTLY_EXPLAINED if self.structure_remains else VerdictCode.EXPLAINED
         return VerdictCode.UNEXPLAINED_STRUCTURE if self.structure_remains else VerdictCode.NO_MISFIT
@@ -106,6 +113,8 @@ class JointDiagnosis(SavedInFolder, Presented):
     @property
     def sentence(self) -> str:
         """The verdict as a sentence."""
+        if self.is_untested:
+            return f"{self.declared.verdict.sentence} No cause was looked for."
         looked = f"none of {counted(self.n_candidates, 'cause')} that were looked at"
         if not self.steps:
             if not self.n_candidates:
@@ -127,18 +136,23 @@ class JointDiagnosis(SavedInFolder, Presented):
         return Card(title, sentences, tables, remarks)
 
     def misfit_table(self) -> CardTable:
-        """Chi-square of each measurement in both joint fits."""
+        """Chi-square of each measurement in both joint fits, or in the one that there is."""
         rows = []
         for name, before in self.declared.measurements.items():
             after = self.corrected.measurements[name].merit.chi_square
             both = rounded(before.merit.chi_square, 5), rounded(after, 5)
-            rows.append([name, str(before.merit.points), *both])
+            rows.append([name, str(before.merit.points), *both[: self._n_models]])
         reduced = [
             "" if one.reduced_chi_square is None else rounded(one.reduced_chi_square, 4)
             for one in (self.declared, self.corrected)
         ]
-        rows.append(["all, reduced", str(self.declared.points), *reduced])
-        return CardTable(["measurement", "points", "chi-square as declared", "with the effects"], rows)
+        rows.append(["all, reduced", str(self.declared.points), *reduced[: self._n_models]])
+        heads = ["chi-square as declared", "with the effects"] if self.steps else ["chi-square"]
+        return CardTable(["measurement", "points", *heads], rows)
+
+    @property
+    def _n_models(self) -> int:
+        return 2 if self.steps else 1
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data, as in ``joint_report.json``."""

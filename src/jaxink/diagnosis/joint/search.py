@@ -18,6 +18,7 @@ from jaxink.display.brief import brief_repr
 from jaxink.effects import AreaWithOtherValues, Effect, SampleEffect, Scene, declare, in_numbers, with_values
 from jaxink.errors import InputRefusedError
 from jaxink.fitting import (
+    UNMOVED,
     CompiledJointObjective,
     Descent,
     FitOptions,
@@ -339,6 +340,9 @@ def diagnose_project(project: Project, options: DiagnosisOptions, follow: Progre
         # From the end of the last refit: other minima were ruled out before.
         how = dataclasses.replace(options.fit, starts=1, scan=False, profile="none")
         corrected = fit_project(model.project, how, follow)
+        # It starts where the last refit ended, so that it says nothing if no parameter moves.
+        notes = tuple(note for note in corrected.notes if note != UNMOVED)
+        corrected = dataclasses.replace(corrected, notes=notes)
     steps = tuple(_step(best, alike, before, corrected) for best, alike, before in rounds)
     return JointDiagnosis(declared, corrected, steps, n_candidates, failures.found)
 
