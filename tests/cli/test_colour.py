@@ -64,3 +64,9 @@ def test_wrong_options(run, told):
         done = run(*words)
         assert done.exit_code == 5, done.output
         told(done.stderr, named)
+
+
+def test_a_sample_file_has_no_fitted_colours(saved, run, told):
+    done = CliRunner().invoke(app, ["colour", str(saved / "sample.toml")])
+    assert done.exit_code == 5
+    told(done.stderr, "sample.toml")

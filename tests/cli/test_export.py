@@ -243,6 +243,14 @@ def test_a_table_is_refused_options_of_its_computation(file, tmp_path):
         assert options[0] in done.stderr
 
 
+def test_a_sample_file_without_a_wavelength_is_refused(tmp_path, told):
+    path = tmp_path / "ink.toml"
+    path.write_text(PRINTED_INK.replace("wavelength_nm = 550\n", ""), encoding="utf-8")
+    done = run(path, "--format", "csv", "--out", tmp_path / "files")
+    assert done.exit_code == 5
+    told(done.stderr, "wavelength_nm")
+
+
 def test_the_ink_of_a_fit_that_is_not_sound_comes_with_a_warning(tmp_path):
     sentence = "The model does not fit: reduced chi-square 776, where the stated noise gives about 1."
     for verdict in ("consistent", "misfit", "not_converged", "overstated_noise"):

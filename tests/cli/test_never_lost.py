@@ -1,11 +1,12 @@
 """What is fitted stays, whatever fails once it is written."""
 
 import json
+from pathlib import Path
 
 import pytest
 
 import jaxink
-from jaxink.cli.fit import write_result
+from jaxink.cli.fit import run_fit, write_result
 from jaxink.data import simulated_example
 from jaxink.plots.figure import PageFigure
 from jaxink.report import write_report
@@ -119,3 +120,19 @@ def test_a_table_of_the_ink_that_fails_costs_itself_only(found, tmp_path, monkey
     files = write_report(found, tmp_path, with_figures=False)
     told(caplog.records[0].getMessage(), "overflow")
     assert {"report.html", "report.json", "sample.toml"} <= {file.name for file in files}
+
+
+def test_a_fit_whose_input_is_still_tested_is_kept(tmp_path, monkeypatch, example_result, capsys, told):
+    def stopped(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("jaxink.cli.session.prepare_jax", lambda: None)
+    monkeypatch.setattr("jaxink.fit", lambda *_: example_result)
+    monkeypatch.setattr("jaxink.fitting.check_input", stopped)
+    out = tmp_path / "out"
+    with pytest.raises(KeyboardInterrupt):
+        run_fit([Path(DATA)], Path(SAMPLE), out, {}, {}, (), "quiet")
+    told(capsys.readouterr().err, "kept")
+    assert jaxink.load_result(out).values == example_result.values
+    # Left out, nothing is tested.
+    run_fit([Path(DATA)], Path(SAMPLE), out, {}, {}, (), "quiet", checks_input=False)
