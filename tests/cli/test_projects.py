@@ -85,7 +85,7 @@ def test_a_project_is_diagnosed(run, project_folder, tmp_path):  # noqa: F811
     # Nothing was found, so that there is one model.
     assert 'href="corrected/report.html"' in page
     assert 'href="declared/report.html"' not in page
-    predicted = run("predict", out, "--out", tmp_path / "predicted", "--measurement", "thin", "--quiet")
+    predicted = run("predict", out, "--out", tmp_path / "thin.csv", "--measurement", "thin", "--quiet")
     assert predicted.exit_code == 0, predicted.output
     assert jaxink.load_joint_result(out).to_dict() == jaxink.load_joint_result(out / "corrected").to_dict()
 

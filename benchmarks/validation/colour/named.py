@@ -67,7 +67,7 @@ def _of(pigment: str) -> str:
 CASES = {
     "rutile, declared anatase": (_of("rutile"), _of("anatase"), "particles_of_ink_are_rutile"),
     "anatase, declared rutile": (_of("anatase"), _of("rutile"), "particles_of_ink_are_anatase"),
-    "fluorescence": (
+    "fluorescence, quantum yield 0.15": (
         _PLATE + _DYED + _FLUORESCENCE + _WHITE_LIGHT + _NOISE,
         _PLATE + _DYED + _WHITE_LIGHT + _NOISE,
         "fluorescence",
@@ -78,6 +78,11 @@ CASES = {
         "dispersion",
     ),
     "interference": (_PLATE + _DYED + _FRINGES + _NOISE, _PLATE + _DYED + _NOISE, "interference"),
+    "fluorescence, quantum yield 0.6": (
+        _PLATE + _DYED + _FLUORESCENCE.replace("0.15", "0.6") + _WHITE_LIGHT + _NOISE,
+        _PLATE + _DYED + _WHITE_LIGHT + _NOISE,
+        "fluorescence",
+    ),
 }
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from benchmarks.pages import filled, machine, table, write_page
 from benchmarks.validation.names.cases import SIZES, Case
-from benchmarks.validation.names.gains import RESULTS as GAINS
+from benchmarks.validation.names.determined import RESULTS as DETERMINED
 from jaxink.diagnosis import VerdictCode
 from jaxink.numerics.digits import with_uncertainty
 
@@ -34,16 +34,14 @@ def write(every: dict[str, Case], results: dict[str, dict]) -> None:
     write_page("names.md", _page(every, results))
 
 
-def _gains() -> str:
-    """Gains that are declared and free, with their standard errors."""
+def _determined() -> str:
+    """Effects of open cases that are declared and free, with their standard errors."""
     rows = []
-    for name, one in json.loads(GAINS.read_text(encoding="utf-8")).items():
-        found = with_uncertainty(100 * one["value"], 100 * one["standard_error"])
+    for name, one in json.loads(DETERMINED.read_text(encoding="utf-8")).items():
+        found = with_uncertainty(one["value"], one["standard_error"])
         off = (one["value"] - one["true"]) / one["standard_error"]
-        rows.append(
-            [name, f"{100 * one['true']:+.1f}", found, f"{off:+.1f}", f"{one['delta_chi_square']:.1f}"]
-        )
-    return table(["case", "true gain, %", "fitted, %", "off, s.e.", "decrease in chi-square"], rows)
+        rows.append([name, f"{one['true']:.3g}", found, f"{off:+.1f}", f"{one['delta_chi_square']:.1f}"])
+    return table(["case", "true", "fitted", "off, s.e.", "decrease in chi-square"], rows)
 
 
 def _page(every: dict[str, Case], results: dict[str, dict]) -> str:
@@ -89,7 +87,7 @@ def _page(every: dict[str, Case], results: dict[str, dict]) -> str:
             ],
             rows,
         ),
-        gains=_gains(),
+        determined=_determined(),
         done=len(results),
         total=len(every),
     )
