@@ -28,6 +28,12 @@ thickness_mm = 1
 name = "ink"
 kind = "scattering"
 """
+# With a film on the plate.
+_COATED = _PLATE.replace(
+    "[[layers]]",
+    '[[layers]]\nname = "coat"\nkind = "clear"\nrefractive_index = 1.5\nthickness_um = 1.2\n[[layers]]',
+    1,
+)
 _NOISE = "[noise]\nrelative = 0.005\nfloor_per_sr = 1e-4\n"
 _PIGMENT = """phase_function = "mie"
 refractive_index = 1.5
@@ -77,11 +83,20 @@ CASES = {
         _PLATE + _DYED + _NOISE,
         "dispersion",
     ),
-    "interference": (_PLATE + _DYED + _FRINGES + _NOISE, _PLATE + _DYED + _NOISE, "interference"),
+    "interference in a film that is not declared": (
+        _PLATE + _DYED + _FRINGES + _NOISE,
+        _PLATE + _DYED + _NOISE,
+        "interference",
+    ),
     "fluorescence, quantum yield 0.6": (
         _PLATE + _DYED + _FLUORESCENCE.replace("0.15", "0.6") + _WHITE_LIGHT + _NOISE,
         _PLATE + _DYED + _WHITE_LIGHT + _NOISE,
         "fluorescence",
+    ),
+    "interference in a declared film": (
+        _COATED + _DYED + _FRINGES + _NOISE,
+        _COATED + _DYED + _NOISE,
+        "interference",
     ),
 }
 
