@@ -129,6 +129,7 @@ def test_a_fit_whose_input_is_still_tested_is_kept(tmp_path, monkeypatch, exampl
     monkeypatch.setattr("jaxink.cli.session.prepare_jax", lambda: None)
     monkeypatch.setattr("jaxink.fit", lambda *_: example_result)
     monkeypatch.setattr("jaxink.fitting.check_input", stopped)
+    monkeypatch.setattr("jaxink.fitting.is_doubtful", lambda _: True)
     out = tmp_path / "out"
     with pytest.raises(KeyboardInterrupt):
         run_fit([Path(DATA)], Path(SAMPLE), out, {}, {}, (), "quiet")

@@ -47,23 +47,12 @@ def run_fit(
     if drawn_nm:
         _require_measured(data, drawn_nm)
     session.prepare_jax()
-    from jaxink.fitting import check_input
-
     session.import_meanwhile("xarray", *(["jaxink.plots.overview"] if formats else []))
     chosen = jaxink.FitOptions(**options)
     with session.progress(quiet=output != "tables") as follow:
         result = jaxink.fit(data, sample, chosen, follow)
         if checks_input:
-            # Tests of the input may take longer than the fit, which is not lost if they are stopped.
-            with whole_folder(out, owned=OWNED) as folder:
-                result.write_into(folder)
-            try:
-                result = check_input(result, follow)
-            except KeyboardInterrupt:
-                typer.echo(
-                    f"jaxink: the fit is kept in {out}; its input was not tested to the end.", err=True
-                )
-                raise
+            result = _checked(result, out, follow)
     files = write_result(result, out, formats, input_words(data_files, columns), sample_file, drawn_nm)
     if output == "json":
         typer.echo(json_text({**result.to_dict(), "files": [str(file) for file in files]}))
@@ -78,6 +67,24 @@ def run_fit(
             fit_next_steps(result, out, input_words(data_files, columns), str(sample_file)),
         )
     return exit_code(result)
+
+
+def _checked(result: "FitResult", out: Path, follow) -> "FitResult":
+    """The result with the mistakes that its input may have; it is written first if they are tested by refits.
+
+    These may take longer than the fit, which is not lost if they are stopped.
+    """
+    from jaxink.fitting import check_input, is_doubtful
+
+    if not is_doubtful(result):
+        return check_input(result, follow)
+    with whole_folder(out, owned=OWNED) as folder:
+        result.write_into(folder)
+    try:
+        return check_input(result, follow)
+    except KeyboardInterrupt:
+        typer.echo(f"jaxink: the fit is kept in {out}; its input was not tested to the end.", err=True)
+        raise
 
 
 def exit_code(result: "FitResult") -> ExitCode:

@@ -11,7 +11,7 @@ from jaxink.fitting.exclusion import fit_near, predict_left_out, require_slope, 
 from jaxink.fitting.figures_of_merit import merit
 from jaxink.fitting.fitted_parameters import FittedCovariance, FittedParameter, FittedParameters, merit_table
 from jaxink.fitting.gradient import Descent, GradientSearch
-from jaxink.fitting.input_check import check_input
+from jaxink.fitting.input_check import check_input, is_doubtful
 from jaxink.fitting.inputs import marked, prepare_data, read_inputs
 from jaxink.fitting.joint_fit import fit_project, noises_of
 from jaxink.fitting.joint_loading import load_joint_result
@@ -88,6 +88,7 @@ __all__ = [
     "fit",
     "fit_near",
     "fit_project",
+    "is_doubtful",
     "level_in_doubt",
     "load_joint_result",
     "load_result",

@@ -250,11 +250,12 @@ def of_lengths(sample: Sample) -> Iterator[Hypothesis]:
                 f"The thickness of {layer}, {value:g} {unit}, reads as if it were off by 1000: "
                 f"{value * factor:g} {unit}",
                 f"check the unit of the thickness of {layer}",
-                _with_thickness(opened, declared | {name: value * factor}),
+                with_values_held(opened, declared | {name: value * factor}),
             )
 
 
-def _with_thickness(opened: Sample, held: Mapping[str, float]):
+def with_values_held(opened: Sample, held: Mapping[str, float]) -> Callable[[GonioData, Sample], Corrected]:
+    """Correction by a sample some of whose free parameters are held at values."""
     return lambda data, _: Corrected(data, opened, held=held)
 
 

@@ -78,7 +78,7 @@ def check_input(
     """
     mistakes = too_much_power(result.data, result.sample)
     failed = Failures() if failures is None else failures
-    if _is_doubtful(result):
+    if is_doubtful(result):
         with computing():
             check = _Check(result, progress or log_progress, failed)
             result, is_explained = check.at_minimum()
@@ -89,8 +89,8 @@ def check_input(
     return dataclasses.replace(result, mistakes=mistakes) if mistakes or result.mistakes else result
 
 
-def _is_doubtful(result: FitResult) -> bool:
-    """Whether hypotheses about the input are worth their refits."""
+def is_doubtful(result: FitResult) -> bool:
+    """Whether `check_input` tests hypotheses about the input of a fit, which are worth their refits then."""
     verdict = result.verdict
     if result.objective != "chi_square" or verdict.reduced_chi_square is None or result.outcome.is_limited:
         return False
@@ -183,8 +183,8 @@ class _Check:
             return self._judged(list(self._tried(OF_SIGMA)))
         tried = self._scanned(list(self._tried((*OF_DATA, *OF_SIGMA))))
         if not self._is_any_named(tried):
-            groups = [(LIT_FROM_OTHER_SIDE,), (ANGLES_EXCHANGED,), tuple(of_lengths(self.sample))]
-            groups.append(tuple(of_pigments(self.sample)))
+            lengths, pigments = tuple(of_lengths(self.sample)), tuple(of_pigments(self.sample))
+            groups = (LIT_FROM_OTHER_SIDE,), (ANGLES_EXCHANGED,), lengths, pigments
             # Most of the time is compilation, of one program for each group.
             with ThreadPoolExecutor(_COMPILING) as pool:
                 more = [one for group in pool.map(self._tried_in_thread, groups) for one in group]

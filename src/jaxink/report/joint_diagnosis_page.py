@@ -12,7 +12,7 @@ from jaxink.numerics.failures import Failure, Failures
 from jaxink.report import html
 from jaxink.report.joint_page import write_files, write_joint_page
 from jaxink.report.layer_sketch import layer_sketch
-from jaxink.report.sections import missing_parts
+from jaxink.report.sections import failed_parts, missing_parts
 from jaxink.report.suggestions import NextStep, joint_next_steps
 
 _STEPS = (
@@ -74,7 +74,7 @@ def joint_diagnosis_page(
     first = next(iter(corrected.measurements.values()))
     top = [
         html.verdict(diagnosis.sentence, diagnosis.code, not diagnosis.structure_remains),
-        _failed(diagnosis.failures),
+        failed_parts(diagnosis.failures),
         missing_parts(missing),
         layer_sketch(first.sample),
         html.commands((step.words, step.command) for step in todo) if todo else "",
@@ -119,11 +119,3 @@ def _pages_of(diagnosis: JointDiagnosis) -> list[tuple[str, str]]:
     if not diagnosis.steps:
         return [(CORRECTED, f"The model: {what}")]
     return [(CORRECTED, f"The corrected model: {what}"), (DECLARED, "The declared model, likewise")]
-
-
-def _failed(failures: Sequence[Failure]) -> str:
-    """Parts of the search that failed."""
-    if not failures:
-        return ""
-    said = html.bullets(failure.sentence for failure in failures)
-    return paragraph("Parts of the diagnosis failed and are missing:") + said

@@ -60,11 +60,16 @@ def top(diagnosis: "Diagnosis", missing: Sequence[Failure] = ()) -> str:
     if limit is not None and limit.not_done:
         parts.append(paragraph(f"Not done within the time limit of {limit.limit_s:g} s:"))
         parts.append(bullets(omission.described() for omission in limit.not_done))
-    if diagnosis.failures:
-        parts.append(paragraph("Parts of the diagnosis failed and are missing:"))
-        parts.append(bullets(failure.sentence for failure in diagnosis.failures))
-    parts += [missing_parts(missing), paragraph(measured_words(result))]
+    parts += [failed_parts(diagnosis.failures), missing_parts(missing), paragraph(measured_words(result))]
     return "".join(parts)
+
+
+def failed_parts(failures: Sequence[Failure]) -> str:
+    """Parts of a diagnosis that failed; nothing if none did."""
+    if not failures:
+        return ""
+    words = paragraph("Parts of the diagnosis failed and are missing:")
+    return words + bullets(failure.sentence for failure in failures)
 
 
 def missing_parts(missing: Sequence[Failure]) -> str:
