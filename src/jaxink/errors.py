@@ -113,3 +113,10 @@ def require_number(name: str, value: object) -> None:
     """Reject anything but a real number; infinity is allowed, NaN is not."""
     if not isinstance(value, Real) or isinstance(value, bool) or value != value:
         raise InputRefusedError(f"{name} is {shown(value)}; it must be a number.")
+
+
+def require_positive(name: str, value: object) -> None:
+    """Reject anything but a positive, finite number."""
+    require_number(name, value)
+    if not 0 < value < float("inf"):  # type: ignore[operator]
+        raise InputRefusedError(f"{name} is {shown(value)}; it must be positive and finite.")

@@ -42,6 +42,17 @@ def test_wavelengths_are_rows_unknown_numbers_blank_and_formulas_text():
     assert (third["wavelength_nm"], third["state"], third["note"]) == ("", "tied", "tied: -ink.a@450")
 
 
+def test_standard_errors_of_a_misfit_are_marked():
+    def row(name, error):
+        return FittedParameter(name, "1/mm", 0.1, error, 0.2, 0.0, 3.0, True, None, "")
+
+    table = FittedParameters.of((row("a", 0.01), row("b", None)))
+    first, second = rows_of(parameter_text(table, errors_hold=False))
+    assert "meaningless" in first["note"]
+    assert float(first["standard_error"]) == 0.01
+    assert second["note"] == ""
+
+
 def test_the_sample_file_is_the_fitted_sample(example_result, tmp_path):
     example_result.save(tmp_path)
     assert jaxink.load_sample(tmp_path / "sample.toml") == example_result.sample

@@ -18,7 +18,7 @@ from jaxink.plots.spectra import quantities
 from jaxink.report import fit_next_steps, write_fit_page
 from jaxink.report.fit_html import fit_page, five_numbers
 from jaxink.report.html import figure
-from jaxink.report.layer_sketch import layer_sketch, layer_words
+from jaxink.report.layer_sketch import layer_sketch, layer_sketches, layer_words
 from tests.report.page_reader import Page
 from tests.samples import PRINTED_INK
 
@@ -188,6 +188,16 @@ def test_the_sketch_has_each_layer_with_its_numbers(told):
     assert heights == sorted(heights)
     backed = PRINTED_INK + "\n[backing]\nreflectance = 0.85\n"
     told(" ".join(re.findall(r">([^<]+)<", layer_sketch(jaxink.parse_sample(backed)))), "0.85")
+
+
+def test_different_samples_of_one_project_have_a_sketch_each():
+    thin = jaxink.parse_sample(PRINTED_INK)
+    thick = thin.replace({"ink.thickness_um": 120.0})
+    assert layer_sketches({"a": thin, "b": thin}) == layer_sketch(thin)
+    drawn = layer_sketches({"a": thin, "b": thick, "c": thin})
+    assert drawn.count("<svg") == 2
+    assert "<p>a, c</p>" in drawn
+    assert drawn.index("<p>b</p>") < drawn.index("120 µm")
 
 
 def test_figures_keep_their_proportions_on_a_printed_page(example_result):

@@ -109,6 +109,12 @@ def _show_fits(to: Console, gradient: "FitResult", simplex: "FitResult") -> None
     to.print()
     to.print("1. The fit. Both methods minimise the same chi-square from the same start.", style="bold")
     to.print(_comparison_table(gradient, simplex))
+    if gradient.searches[0].loss < simplex.searches[0].loss:
+        to.print(
+            "The gradient method found the lower chi-square. Where the simplex, which stopped higher, is "
+            "nearer to a true value, that is chance: with an effect missing, neither has to find the truth.",
+            soft_wrap=True,
+        )
     to.print(f"Something is missing. {gradient.verdict.sentence}", soft_wrap=True)
     to.print()
 

@@ -20,6 +20,9 @@ if TYPE_CHECKING:
     from jaxink.export import ExportOptions
     from jaxink.ink import InkTable, RoughBoundary
 
+# Bytes of an export above which its size is told.
+_LARGE = 50_000_000
+
 
 @dataclasses.dataclass(frozen=True)
 class Target:
@@ -228,7 +231,11 @@ def _write(
     wavelengths = ", ".join(f"{wavelength_nm:g}" for wavelength_nm in table.wavelength_nm)
     lines = [f"{what} at {wavelengths} nm, for {target.format}.", *remarks]
     # Which of the losses that were allowed there are, the guide says.
-    typer.echo("\n".join([*lines, *guide.lines(target.folder)]))
+    lines += guide.lines(target.folder)
+    size = sum(file.stat().st_size for file in files)
+    if size > _LARGE:
+        lines.append(f"Together they have {size / 1e6:.0f} MB.")
+    typer.echo("\n".join(lines))
 
 
 def _judged(boundary: "RoughBoundary") -> list[str]:

@@ -147,28 +147,42 @@ class FittedCovariance:
         return CardTable(["", *self.names], rows).html()
 
 
-def parameter_text(parameters: FittedParameters) -> str:
-    """Text of the file: all digits of the numbers, blank where there is none."""
+# Note beside a standard error of a model that does not fit.
+MEANINGLESS = "the standard error is meaningless: the model does not fit"
+
+
+def parameter_text(parameters: FittedParameters, errors_hold: bool = True) -> str:
+    """Text of the file: all digits of the numbers, blank where there is none.
+
+    Parameters
+    ----------
+    parameters
+        All parameters.
+    errors_hold
+        Whether the standard errors say how far the values may be off; if not, the note of each says so.
+    """
     text = io.StringIO()
     table = csv.writer(text, lineterminator="\n")
     table.writerow(PARAMETER_COLUMNS)
-    table.writerows([cell(value) for value in _row(p)] for p in parameters.values())
+    table.writerows([cell(value) for value in _row(p, errors_hold)] for p in parameters.values())
     return text.getvalue()
 
 
-def _row(p: FittedParameter) -> list[object]:
+def _row(p: FittedParameter, errors_hold: bool) -> list[object]:
     name, _, wavelength_nm = p.name.partition("@")
     state = "free" if p.free else "fixed" if p.tie is None else "tied"
     numbers = [_number(value) for value in (p.value, p.standard_error, p.minimum, p.maximum)]
-    return [name, wavelength_nm, *numbers[:2], p.unit, *numbers[2:], state, "; ".join(_notes(p))]
+    return [name, wavelength_nm, *numbers[:2], p.unit, *numbers[2:], state, "; ".join(_notes(p, errors_hold))]
 
 
 def _number(value: float | None) -> str:
     return repr(float(value)) if value is not None and math.isfinite(value) else ""
 
 
-def _notes(p: FittedParameter) -> list[str]:
+def _notes(p: FittedParameter, errors_hold: bool) -> list[str]:
     notes = [p.flag] if p.flag else []
+    if p.standard_error is not None and not errors_hold:
+        notes.append(MEANINGLESS)
     if p.tie is not None:
         notes.append(f"tied: {p.tie}")
     if p.interval is not None:

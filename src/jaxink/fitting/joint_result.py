@@ -268,7 +268,8 @@ class JointResult(SavedInFolder, Presented):
 
     def files_beside(self) -> dict[str, bytes]:
         """The parameters, and the files of each measurement in a folder of its own."""
-        files = {PARAMETER_FILE: parameter_text(self.parameters).encode()}
+        text = parameter_text(self.parameters, self.verdict.standard_errors_hold)
+        files = {PARAMETER_FILE: text.encode()}
         for name, one in self.measurements.items():
             files |= {f"{MEASUREMENTS}/{name}/{file}": content for file, content in one.files().items()}
         return files

@@ -9,8 +9,8 @@ from jaxink.errors import (
     require_by_name,
     require_integer,
     require_kind,
-    require_number,
     require_one_of,
+    require_positive,
 )
 from jaxink.fitting.comparison_methods import METHODS
 from jaxink.fitting.limits import SearchLimits
@@ -100,7 +100,7 @@ class FitOptions:
                 require_integer(name, getattr(self, name), 1)
         for name in ("max_seconds", "goal"):
             if getattr(self, name) is not None:
-                _require_positive(name, getattr(self, name))
+                require_positive(name, getattr(self, name))
         if self.simplex_steps is not None:
             self._require_steps(self.simplex_steps)
         if self.config is not None:
@@ -114,7 +114,7 @@ class FitOptions:
                 "them out."
             )
         for name, step in steps.items():
-            _require_positive(f"simplex_steps of {name}", step)
+            require_positive(f"simplex_steps of {name}", step)
 
     def make_method(self) -> Method:
         """The method of the searches."""
@@ -137,9 +137,3 @@ class FitOptions:
         if self.goal is not None:
             goal_loss = self.goal**2 * (n_points if self.objective == "chi_square" else 1)
         return SearchLimits(self.max_steps, self.max_evaluations, self.max_seconds, goal_loss)
-
-
-def _require_positive(name: str, value: object) -> None:
-    require_number(name, value)
-    if not 0 < value < float("inf"):  # type: ignore[operator]
-        raise InputRefusedError(f"{name} is {value}; it must be positive and finite.")

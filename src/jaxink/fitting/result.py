@@ -487,7 +487,7 @@ class FitResult(SavedInFolder, Presented):
         return {
             DATA_FILE: netcdf_bytes(self.to_dataset()),
             SAMPLE_FILE: sample_text(self.sample, head=head).encode(),
-            PARAMETER_FILE: parameter_text(self.parameters).encode(),
+            PARAMETER_FILE: parameter_text(self.parameters, self.verdict.standard_errors_hold).encode(),
         }
 
 

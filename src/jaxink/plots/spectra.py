@@ -191,4 +191,5 @@ def _finish(axes: "Axes", from_zero: bool) -> None:
     axes.spines[["top", "right"]].set_visible(False)
     axes.ticklabel_format(axis="y", useOffset=False)
     if from_zero:
-        axes.set_ylim(bottom=0)
+        # The margin that the axes chose is a share of the range of the values, and may cut the markers.
+        axes.set_ylim(0, 1.08 * axes.get_ylim()[1])

@@ -12,7 +12,7 @@ from typing import Any, ClassVar
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from jaxink.errors import InputRefusedError, require_number
+from jaxink.errors import InputRefusedError, require_positive
 
 # Units of the scene in a mm.
 PER_MM = 20
@@ -58,11 +58,7 @@ class Body(abc.ABC):
 
     def __post_init__(self):
         for field in dataclasses.fields(self):
-            require_number(field.name, getattr(self, field.name))
-            if not getattr(self, field.name) > 0:
-                raise InputRefusedError(
-                    f"{field.name} is {getattr(self, field.name):g}; it must be positive."
-                )
+            require_positive(field.name, getattr(self, field.name))
 
     @property
     @abc.abstractmethod
@@ -101,7 +97,23 @@ class Body(abc.ABC):
 
 
 @dataclasses.dataclass(frozen=True)
-class Sphere(Body):
+class _Round(Body):
+    """A body that is seen as a disc."""
+
+    radius_mm: float = 20.0
+
+    @property
+    def half_width_mm(self) -> float:
+        """Its radius."""
+        return self.radius_mm
+
+    def covers(self, x_mm, y_mm, margin_mm):
+        """See `Body`."""
+        return np.hypot(x_mm, y_mm) < self.radius_mm - margin_mm
+
+
+@dataclasses.dataclass(frozen=True)
+class Sphere(_Round):
     """A sphere.
 
     Parameters
@@ -111,17 +123,11 @@ class Sphere(Body):
     """
 
     name: ClassVar[str] = "sphere"
-    radius_mm: float = 20.0
 
     @property
     def words(self) -> str:
         """The body in words."""
         return f"a sphere of {2 * self.radius_mm:g} mm"
-
-    @property
-    def half_width_mm(self) -> float:
-        """Its radius."""
-        return self.radius_mm
 
     @property
     def middle_mm(self) -> float:
@@ -133,13 +139,9 @@ class Sphere(Body):
         radius = PER_MM * (self.radius_mm - depth_mm)
         return {"type": "sphere", "center": [0, 0, -PER_MM * self.radius_mm], "radius": radius}
 
-    def covers(self, x_mm, y_mm, margin_mm):
-        """See `Body`."""
-        return np.hypot(x_mm, y_mm) < self.radius_mm - margin_mm
-
 
 @dataclasses.dataclass(frozen=True)
-class FlatPlate(Body):
+class FlatPlate(_Round):
     """A round flat plate that faces the camera.
 
     Parameters
@@ -149,17 +151,11 @@ class FlatPlate(Body):
     """
 
     name: ClassVar[str] = "plate"
-    radius_mm: float = 20.0
 
     @property
     def words(self) -> str:
         """The body in words."""
         return f"a flat disc of {2 * self.radius_mm:g} mm that faces the camera"
-
-    @property
-    def half_width_mm(self) -> float:
-        """Its radius."""
-        return self.radius_mm
 
     @property
     def middle_mm(self) -> float:
@@ -178,10 +174,6 @@ class FlatPlate(Body):
         to, radius = mi.ScalarTransform4f(), PER_MM * self.radius_mm
         place = to.translate([0, 0, -PER_MM * depth_mm]) @ to.scale([radius, radius, 1])
         return {"type": "disk", "to_world": place}
-
-    def covers(self, x_mm, y_mm, margin_mm):
-        """See `Body`."""
-        return np.hypot(x_mm, y_mm) < self.radius_mm - margin_mm
 
 
 @dataclasses.dataclass(frozen=True)

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from jaxink.errors import InputRefusedError, require_number
+from jaxink.errors import InputRefusedError, require_positive
 from jaxink.export import Medium, even_table
 from jaxink.render.bodies import PER_MM, Body, Mesh, Sphere
 
@@ -54,9 +54,7 @@ class Booth:
 
     def __post_init__(self):
         for name in ("plate_mm", "side_mm", "wall", "tubes", "tube_radius_mm"):
-            require_number(name, getattr(self, name))
-            if not getattr(self, name) > 0:
-                raise InputRefusedError(f"{name} is {getattr(self, name):g}; it must be positive.")
+            require_positive(name, getattr(self, name))
         if not self.wall < 1:
             raise InputRefusedError(f"wall is {self.wall:g}; the walls must reflect less than 1.")
         if not 4 * self.body.half_width_mm < self.side_mm:

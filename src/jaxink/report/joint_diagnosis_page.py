@@ -11,7 +11,7 @@ from jaxink.numerics.digits import rounded
 from jaxink.numerics.failures import Failure, Failures
 from jaxink.report import html
 from jaxink.report.joint_page import write_files, write_joint_page
-from jaxink.report.layer_sketch import layer_sketch
+from jaxink.report.layer_sketch import layer_sketches
 from jaxink.report.sections import failed_parts, missing_parts
 from jaxink.report.suggestions import NextStep, joint_next_steps
 
@@ -71,12 +71,11 @@ def joint_diagnosis_page(
         What could not be written.
     """
     corrected = diagnosis.corrected
-    first = next(iter(corrected.measurements.values()))
     top = [
         html.verdict(diagnosis.sentence, diagnosis.code, not diagnosis.structure_remains),
         failed_parts(diagnosis.failures),
         missing_parts(missing),
-        layer_sketch(first.sample),
+        layer_sketches({n: one.sample for n, one in corrected.measurements.items()}),
         html.commands((step.words, step.command) for step in todo) if todo else "",
     ]
     sections = []

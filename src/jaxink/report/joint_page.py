@@ -14,7 +14,7 @@ from jaxink.plots import FIGURE_FOLDER, overview_words
 from jaxink.report import html
 from jaxink.report.fit_html import OVERVIEW, fit_page
 from jaxink.report.fit_writing import fit_drawings
-from jaxink.report.layer_sketch import layer_sketch
+from jaxink.report.layer_sketch import layer_sketches
 from jaxink.report.sections import missing_parts
 from jaxink.report.suggestions import NextStep, joint_next_steps
 
@@ -94,7 +94,7 @@ def joint_page(
         What could not be drawn.
     """
     verdict, holds = result.verdict, result.verdict.standard_errors_hold
-    first = next(iter(result.measurements.values()))
+    samples = {name: one.sample for name, one in result.measurements.items()}
     numbers = []
     if result.reduced_chi_square is not None:
         numbers.append(
@@ -109,7 +109,7 @@ def joint_page(
         html.verdict(verdict.sentence, verdict.code, verdict.code in _CODES_THAT_FIT),
         missing_parts(missing),
         paragraph(result.agreement.sentence) if result.agreement is not None else "",
-        html.beside(layer_sketch(first.sample), html.numbers(numbers)),
+        html.beside(layer_sketches(samples), html.numbers(numbers)),
     ]
     sections = [html.section("Measurements", result.measurement_table().html(), paragraph(_COLUMNS))]
     for name, one in result.measurements.items():

@@ -1,5 +1,6 @@
 """A sketch of a sample: its layers in the order in which light meets them, not to scale."""
 
+from collections.abc import Mapping
 from html import escape
 
 from jaxink.numerics.digits import rounded
@@ -29,6 +30,16 @@ def layer_sketch(sample: Sample) -> str:
         f'<svg role="img" aria-label="{escape(said, quote=True)}" width="{_LEFT + _WIDTH + _TEXT}" '
         f'height="{y + 8}">{"".join(parts)}</svg>\n'
     )
+
+
+def layer_sketches(samples: Mapping[str, Sample]) -> str:
+    """A sketch of each different sample, with the names of its measurements if there are several."""
+    names: dict[str, list[str]] = {}
+    for name, sample in samples.items():
+        names.setdefault(layer_sketch(sample), []).append(name)
+    if len(names) == 1:
+        return next(iter(names))
+    return "".join(f"<p>{escape(', '.join(of))}</p>\n{drawn}" for drawn, of in names.items())
 
 
 def layer_words(sample: Sample, layer: Layer) -> str:
