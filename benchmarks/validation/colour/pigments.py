@@ -4,9 +4,10 @@ The ink is anatase and iron oxide red in a binder on a plate, 31 wavelengths fro
 45 degrees, with noise of 0.5 %. Its spectra come from the forward model at an accuracy of 1e-5, ten times
 that of the fits: they test the fits and the colours, not the model.
 
-python -m benchmarks.validation.colour.pigments
+python -m benchmarks.validation.colour.pigments [pigments|published|free ...]
 """
 
+import argparse
 import json
 import time
 from pathlib import Path
@@ -104,14 +105,19 @@ def arranged(sample: jaxink.Sample, factor: float, card: float, known: Known | N
 
 
 def main() -> None:
-    """Simulate, fit and keep."""
+    """Simulate, fit in the ways asked for, or in all, and keep."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("ways", nargs="*", default=["pigments", "published", "free"])
+    asked = parser.parse_args().ways
     data = drawn(noise_free(), SEED)
     true = {(f, c): arranged(truth(), f, c) for f in (0.5, 1.0, 2.0) for c in CARDS}
     shape = ", ".join(f"{one:.5g}" for one in diffuse_reflectance(data).scattering_shape)
     kept: dict = {"points": len(data), "wavelengths": len(WAVES), "ways": {}}
+    if RESULTS.exists():
+        kept["ways"] = json.loads(RESULTS.read_text(encoding="utf-8"))["ways"]
     texts = {"pigments": PIGMENTS, "published": PUBLISHED.format(shape=shape), "free": FREE}
-    for way, text in texts.items():
-        sample, began = jaxink.parse_sample(HEAD + text, way), time.perf_counter()
+    for way in asked:
+        sample, began = jaxink.parse_sample(HEAD + texts[way], way), time.perf_counter()
         result = jaxink.fit(data, sample, jaxink.FitOptions(profile="none", scan=False))
         seconds = time.perf_counter() - began
         points = result.colour(["45:0"]).at_points
