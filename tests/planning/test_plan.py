@@ -8,6 +8,9 @@ import pytest
 import jaxink
 from jaxink.errors import InputRefusedError
 from jaxink.planning import next_project
+from jaxink.planning import plan as plan_module
+from jaxink.planning.forecast import Planned
+from jaxink.planning.known import Known
 from jaxink.planning.menu import menu
 from jaxink.projects import Measurement, Project, parse_project
 from tests.projects.conftest import SAMPLE, TRUTH, measured
@@ -131,3 +134,24 @@ def test_a_fit_without_a_minimum_is_refused(result, told):
     with pytest.raises(InputRefusedError) as refused:
         jaxink.plan_measurement(stopped)
     told(str(refused.value), "minimum")
+
+
+def test_the_measurement_that_decides_whichever_minimum_is_right_comes_first(monkeypatch):
+    present, likely, unlikely = np.array([0.5]), np.array([0.2]), np.array([0.8])
+    # Least chi-square of a wrong minimum, by the measurement and by the minimum that is right.
+    apart = {("a", 0.5): 30.0, ("a", 0.2): 2.0, ("b", 0.5): 12.0, ("b", 0.2): 15.0}
+    programs = {name: object.__new__(Planned) for name in "ab"}
+    names = {id(planned): name for name, planned in programs.items()}
+    known = object.__new__(Known)
+    vars(known)["unit"] = present
+    monkeypatch.setattr(plan_module, "simulated", lambda known, planned, right: names[id(planned)])
+    monkeypatch.setattr(plan_module, "_starts", lambda known, objective: [])
+    monkeypatch.setattr(
+        plan_module, "_minima", lambda name, right, starts: [(present, apart[name, float(right[0])])]
+    )
+    forecasts = [plan_module.Forecast(name, name, {}, 1.0, apart[name, 0.5]) for name in "ab"]
+    rivals = [(likely, 1.0), (unlikely, 20.0)]
+    first, second = plan_module._ranked(known, rivals, forecasts, programs, lambda *told: None)
+    assert (first.name, first.chance) == ("b", 1.0)
+    # The present minimum is right, or the likely one, whose chi-square is 1 higher.
+    assert second.chance == pytest.approx(1 / (1 + np.exp(-0.5)))

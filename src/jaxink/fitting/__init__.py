@@ -39,6 +39,7 @@ from jaxink.fitting.readings_result import ReadingsResult
 from jaxink.fitting.relative_deviation import Deviation, deviation
 from jaxink.fitting.result import FitResult, SearchSummary
 from jaxink.fitting.scaling import UnitScale
+from jaxink.fitting.searching import scan_of
 from jaxink.fitting.uncertainty import covariance
 from jaxink.fitting.verdict import FitVerdict, FitVerdictCode, level_in_doubt
 
@@ -109,6 +110,7 @@ __all__ = [
     "rejected",
     "rejection",
     "require_slope",
+    "scan_of",
     "search",
     "unknown_nm",
     "weights_of",

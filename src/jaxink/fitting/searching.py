@@ -126,15 +126,8 @@ def _search(
     first = objective.scale.to_unit(np.array([p.value for p in free]))
     points, scans = starts(first, options.starts, options.seed), tuple[Search, ...]()
     endings, n_scanned = list[Ending](), 0
-    rugged = [i for i, p in enumerate(free) if p.multimodal]
-    if rugged and options.scans_first:
-        position = rugged[0]
-        engine, follow = GradientSearch(objective), _named(progress, "scan")
-        index = index_beside(free, position) if isinstance(objective, JointObjective) else None
-        if index is None:
-            made = scan(engine, first, position, follow, budget)
-        else:
-            made = scan_grid(engine, first, (position, index), follow, budget)
+    made = scan_of(objective, free, first, _named(progress, "scan"), budget) if options.scans_first else None
+    if made is not None:
         points, scans, n_scanned = made.starts + points[1:], (made.whole,), len(made.starts)
         endings.append(Ending(made.direct, is_start=True))
         endings += [Ending(passed, scanned=made.distances) for passed in made.minima]
@@ -280,6 +273,38 @@ def _weakness(errors: Covariance, position: int) -> float:
     others = np.abs(np.delete(errors.correlation[position], position))
     apart = 1 - np.max(others, initial=0.0, where=np.isfinite(others))
     return float(max(deviation / _WIDE, (1 - _CORRELATED) / max(apart, np.finfo(float).tiny)))
+
+
+def scan_of(
+    objective: FitObjective,
+    free: Sequence[Parameter],
+    first: Float[np.ndarray, " parameters"],
+    progress: Callable[[int, float], None] | None = None,
+    within: Budget | None = None,
+) -> Scan | None:
+    """The scan that an objective needs before its searches; None if no free parameter has many minima.
+
+    Parameters
+    ----------
+    objective
+        To be minimised.
+    free
+        Its free parameters.
+    first
+        Start values, scaled to [0, 1].
+    progress
+        Called with the number of the fit and the loss there.
+    within
+        Limits of the fit that the scan belongs to; it ends where they are reached.
+    """
+    position = next((i for i, p in enumerate(free) if p.multimodal), None)
+    if position is None:
+        return None
+    engine = GradientSearch(objective)
+    index = index_beside(free, position) if isinstance(objective, JointObjective) else None
+    if index is None:
+        return scan(engine, first, position, progress, within)
+    return scan_grid(engine, first, (position, index), progress, within)
 
 
 def index_beside(free: Sequence[Parameter], radius: int) -> int | None:

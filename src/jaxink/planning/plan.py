@@ -20,6 +20,7 @@ from jaxink.fitting import (
     Objective,
     Search,
     covariance,
+    scan_of,
     search,
 )
 from jaxink.numerics.digits import percent, rounded
@@ -38,6 +39,8 @@ _UNDETERMINED = 0.2
 _NEAR_RISE = 3 * COMPARABLE_RISE
 _MOST_RIVALS = 8
 _CHECKED = 2
+# Leading forecasts that are examined for every minimum that may be right: the present one, and so many.
+_MOST_EXAMINED, _MOST_RIGHT = 4, 4
 Rival = tuple[Float[np.ndarray, " parameters"], float]
 
 
@@ -162,6 +165,9 @@ class Forecast:
     separation
         Least chi-square of the other minima on noise-free data that follow the present one, all parameters
         refitted; None without rival minima.
+    chance
+        Probability that all minima but the right one are then excluded (chi-square at least 9 above it), the
+        right one being any of the five likeliest now, by its likelihood; None if it was not examined.
     """
 
     __repr__ = brief_repr
@@ -171,6 +177,7 @@ class Forecast:
     standard_errors: dict[str, float]
     gain: float
     separation: float | None
+    chance: float | None = None
 
 
 @dataclasses.dataclass(frozen=True, repr=False)
@@ -231,10 +238,15 @@ class MeasurementPlan(Presented):
         if self.undetermined:
             said.append(f"The data do not determine {', '.join(self.undetermined)} within the range.")
         if self.separation is not None:
-            said.append(
-                f"Another minimum is {rounded(self.separation, 3)} higher in chi-square; with "
-                f"{self.best.words}, it would be {rounded(self.best.separation, 3)} higher."
-            )
+            words = f"Another minimum is {_higher(self.separation)} in chi-square"
+            if self.best.separation is not None:
+                words += f"; with {self.best.words}, it would be {_higher(self.best.separation)}"
+            said.append(f"{words}.")
+            if self.best.chance is not None:
+                said.append(
+                    f"The chance that this measurement excludes all minima but the right one is "
+                    f"{percent(self.best.chance)}."
+                )
         best = self.best
         errors = ", ".join(
             f"{name} to {rounded(error, 2)} (now {_now(self.targets[name])})"
@@ -246,12 +258,12 @@ class MeasurementPlan(Presented):
     def table(self) -> CardTable:
         """Every measurement with the standard errors that it would leave."""
         names = list(self.targets)
-        heads = ["further measurement", "gain", *(["separation"] if self.rivals else []), *names]
-        rows = [["none", "1", *([rounded(self.separation, 3)] if self.rivals else [])]]
+        heads = ["further measurement", "gain", *(["separation", "chance"] if self.rivals else []), *names]
+        rows = [["none", "1", *([rounded(self.separation, 3), ""] if self.rivals else [])]]
         rows[0] += [_now(self.targets[name]) for name in names]
         for one in self.forecasts:
             row = [one.words, rounded(one.gain, 3)]
-            row += [rounded(one.separation, 3)] if self.rivals else []
+            row += [rounded(one.separation, 3), percent(one.chance)] if self.rivals else []
             rows.append([*row, *(rounded(one.standard_errors[name], 2) for name in names)])
         return CardTable(heads, rows)
 
@@ -357,7 +369,7 @@ def _planned(
     units = [rival for rival, _ in rivals]
     width = _RANGE_DEVIATION * np.abs(np.asarray(scale.slope(unit)))
     wide = dict(zip(known.free, width.tolist(), strict=True))
-    found.sort(key=lambda one: -(one.gain if one.separation is None else one.separation))
+    found = _ranked(known, rivals, found, programs, progress)
     checks = list[SimulatedCheck]()
     for number, one in enumerate(found[:_CHECKED], start=1):
         progress("check by simulated fits", StepOf(number, _CHECKED), 0.0)
@@ -378,6 +390,10 @@ def _planned(
     )
 
 
+def _higher(rise: float) -> str:
+    return f"{rounded(rise, 3)} higher" if rise >= 0 else f"{rounded(-rise, 3)} lower"
+
+
 def _now(error: float) -> str:
     return rounded(error, 2)
 
@@ -389,29 +405,96 @@ def _errors(known: Known, information: Float[np.ndarray, "parameters parameters"
     return dict(zip(known.free, (deviation * slopes).tolist(), strict=True))
 
 
+def _ranked(
+    known: Known,
+    rivals: Sequence[Rival],
+    found: Sequence[Forecast],
+    programs: dict[str, Planned],
+    progress: Progress,
+) -> list[Forecast]:
+    """Forecasts in their order; without rivals by their gain, otherwise by what they separate.
+
+    The order by separations takes the present minimum for the right one. The leading measurements are looked
+    at for every minimum that may be right, and come in the order of their chance to decide.
+    """
+    if not rivals:
+        return sorted(found, key=lambda one: -one.gain)
+    found = sorted(found, key=lambda one: -(one.separation or 0.0))
+    examined = list[Forecast]()
+    for number, one in enumerate(found[:_MOST_EXAMINED], start=1):
+        progress("chance to decide", StepOf(number, _MOST_EXAMINED), 0.0)
+        examined.append(_examined(known, rivals, one, programs[one.name]))
+    examined.sort(key=lambda one: (-(one.chance or 0.0), -(one.separation or 0.0)))
+    return examined + found[_MOST_EXAMINED:]
+
+
+def _examined(known: Known, rivals: Sequence[Rival], forecast: Forecast, planned: Planned) -> Forecast:
+    """A forecast with its chance to decide.
+
+    A minimum of both measurements need not be near one of the present alone: in a flat valley, they may meet
+    elsewhere, so that a scan looks for more if the present one is right.
+    """
+    units = [known.unit, *(unit for unit, _ in rivals)]
+    objective = simulated(known, planned, known.unit)
+    apart = [rise for _, rise in _minima(objective, known.unit, _starts(known, objective))]
+    least = min([*apart, np.inf if forecast.separation is None else forecast.separation])
+    weights, separations = [1.0], [least]
+    for truth, rise in [rival for rival in rivals if rival[1] < COMPARABLE_RISE][:_MOST_RIGHT]:
+        others = [unit for unit in units if unit is not truth]
+        found = _minima(simulated(known, planned, truth), truth, others)
+        weights.append(float(np.exp(-rise / 2)))
+        separations.append(min((one for _, one in found), default=np.inf))
+    decides = np.array(separations) >= COMPARABLE_RISE
+    chance = float(np.average(decides, weights=weights))
+    return dataclasses.replace(forecast, separation=least, chance=chance)
+
+
 def _rivals(known: Known) -> list[Rival]:
-    """Other minima that the present measurements exclude barely or not, with their rise in chi-square.
+    """Other minima that the present measurements exclude barely or not, lowest first.
 
     What a scan has only passed by is searched to its end first, which may be a minimum that is known already.
     """
     if known.minima is None:
         return []
-    lowest, found = known.programs.residual(known.unit).loss, list[Rival]()
-    for one in [one for one in known.minima.found[1:] if one.rise < _NEAR_RISE][:_MOST_RIVALS]:
-        start = known.objective.scale.to_unit(np.array([one.values[name] for name in known.free]))
-        end = search(Descent(), known.programs, np.clip(start, 0.0, 1.0))
-        others = [known.unit, *(unit for unit, _ in found)]
-        if end.outcome.converged and not any(_is_same(known, other, end.unit) for other in others):
+    scale = known.objective.scale
+    listed = [one for one in known.minima.found[1:] if one.rise < _NEAR_RISE][:_MOST_RIVALS]
+    starts = [scale.to_unit(np.array([one.values[name] for name in known.free])) for one in listed]
+    found = _minima(known.objective, known.unit, [*starts, *_starts(known, known.objective)])
+    return [rival for rival in found if rival[1] < _NEAR_RISE][:_MOST_RIVALS]
+
+
+def _starts(known: Known, objective: JointObjective) -> list[Float[np.ndarray, " parameters"]]:
+    """Where a scan finds minima; none if no free parameter has several."""
+    free = [known.project.parameters[name] for name in known.free]
+    made = scan_of(objective, free, known.unit)
+    return [] if made is None else made.starts
+
+
+def _minima(
+    objective: JointObjective,
+    right: Float[np.ndarray, " parameters"],
+    starts: Sequence[Float[np.ndarray, " parameters"]],
+) -> list[Rival]:
+    """Minima of an objective besides the right one, by their rise above it, lowest first."""
+    programs = CompiledJointObjective(objective)
+    lowest, found = programs.residual(right).loss, list[Rival]()
+    for start in starts:
+        end = search(Descent(), programs, np.clip(start, 0.0, 1.0))
+        others = [right, *(unit for unit, _ in found)]
+        if end.outcome.converged and not any(_is_same(programs, other, end.unit) for other in others):
             found.append((end.unit, end.loss - lowest))
-    return found
+    return sorted(found, key=lambda rival: rival[1])
 
 
 def _is_same(
-    known: Known, minimum: Float[np.ndarray, " parameters"], other: Float[np.ndarray, " parameters"]
+    programs: CompiledJointObjective,
+    minimum: Float[np.ndarray, " parameters"],
+    other: Float[np.ndarray, " parameters"],
 ) -> bool:
     """Whether a point is less than a standard error from a minimum."""
-    apart = other - minimum
-    return float(apart @ known.information(minimum) @ apart) < 1
+    jacobian = programs.linearised(minimum).jacobian
+    assert jacobian is not None, "every measurement has one"
+    return float(np.sum((jacobian @ (other - minimum)) ** 2)) < 1
 
 
 def _separated(known: Known, planned: Planned, rival: Rival) -> float:
