@@ -97,6 +97,7 @@ def _write_page(results: dict) -> None:
         "spheres": spheres.told(results),
         "readings": _readings(results),
         "next": _next(results),
+        "decided": _decided(results),
     }
     write_page("joint.md", filled(here / "joint.md.in", **made))
 
@@ -183,12 +184,24 @@ def _next(results: dict) -> str:
                     str(found["minima_before"]),
                     found["measurement"],
                     rounded(found["forecast"], 3),
+                    percent(found["chance"], ".0f"),
                     str(found["minima_after"]),
                     f"{worst:.1f}",
                 ]
             )
-    heads = ["minima before", "first of the plan", "separation foreseen", "minima after"]
+    heads = ["minima before", "first of the plan", "separation foreseen", "chance", "minima after"]
     return table([*heads, "largest distance from the truth, s.e."], rows)
+
+
+def _decided(results: dict) -> str:
+    """How many cases the first measurement of the plan decides, and how many it foresees to decide."""
+    found = [one for name, one in results.items() if name.startswith("next") and one["undecided"]]
+    decided = sum(one["minima_after"] == 1 for one in found)
+    foreseen = sum(one["chance"] for one in found)
+    return (
+        f"The first measurement of the plan decides {decided} of {len(found)} cases; the chances that the "
+        f"plans state add up to {foreseen:.1f}."
+    )
 
 
 def _lacking(results: dict) -> str:
@@ -208,7 +221,7 @@ def _lacking(results: dict) -> str:
                 str(sum(false)),
                 "; ".join("{:.4g} : {:.4g}".format(*one["reduced"]) for one in made),
                 "; ".join("{:.2g} : {:.2g}".format(*one["worst_parameter"]) for one in made),
-                rounded(float(np.median([one["seconds"] for one in made])), 2),
+                f"{np.median([one['seconds'] for one in made]):.0f}",
             ]
         )
     if not rows:

@@ -83,6 +83,7 @@ def found(seed: int) -> dict:
         "separation_now": plan.separation,
         "measurement": plan.best.words,
         "forecast": plan.best.separation,
+        "chance": plan.best.chance,
         "minima_after": len(after.minima.comparable) if after.minima else None,
         "values": {p.name: p.value for p in after.parameters.free},
         "standard_errors": {p.name: p.standard_error for p in after.parameters.free},
