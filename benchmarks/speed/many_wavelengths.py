@@ -89,7 +89,7 @@ def main() -> None:
     again = np.array([kept[n]["seconds"][1] for n in COUNTS[1:]])
     slope = np.polyfit(np.log(counts), np.log(again), 1)[0]
     heads = ["wavelengths", "first, s", "again, s", "Jacobians", "again, ms a wavelength", "memory, GiB"]
-    text = f"""## Many wavelengths
+    text = f"""## Fits of whole spectra
 
 A fit of a **simulated** ink with a free absorption at each wavelength, a scattering coefficient and an
 asymmetry parameter; {len(INCIDENCES_DEG) * len(VIEWS_DEG) * 2} points at each wavelength, accuracy 1e-3

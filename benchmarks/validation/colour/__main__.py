@@ -234,7 +234,6 @@ def missing(kept: dict, kept_outside: dict, kept_pigments: dict | None, kept_nam
     lines = [
         "The coverage of the error bars of free fits.",
         "Real prints and paints, several thicknesses or cards of which are predicted.",
-        "Time and memory up to 401 wavelengths; [performance.md](performance.md) has them up to 41.",
     ]
     lines += [f"The diagnosis of: {name}." for name in CASES if name not in (kept_named or {})]
     done = set() if kept_pigments is None else set(kept_pigments["ways"])
