@@ -234,7 +234,7 @@ def _write(
     lines += guide.lines(target.folder)
     size = sum(file.stat().st_size for file in files)
     if size > _LARGE:
-        lines.append(f"Together they have {size / 1e6:.0f} MB.")
+        lines.append(f"Together they take up {size / 1e6:.0f} MB.")
     typer.echo("\n".join(lines))
 
 

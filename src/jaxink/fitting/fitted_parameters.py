@@ -147,8 +147,8 @@ class FittedCovariance:
         return CardTable(["", *self.names], rows).html()
 
 
-# Note beside a standard error of a model that does not fit.
-MEANINGLESS = "the standard error is meaningless: the model does not fit"
+# Note beside a standard error of a model that does not fit, or of a search that did not end in a minimum.
+_MEANINGLESS = "the standard error is meaningless, see the verdict"
 
 
 def parameter_text(parameters: FittedParameters, errors_hold: bool = True) -> str:
@@ -182,7 +182,7 @@ def _number(value: float | None) -> str:
 def _notes(p: FittedParameter, errors_hold: bool) -> list[str]:
     notes = [p.flag] if p.flag else []
     if p.standard_error is not None and not errors_hold:
-        notes.append(MEANINGLESS)
+        notes.append(_MEANINGLESS)
     if p.tie is not None:
         notes.append(f"tied: {p.tie}")
     if p.interval is not None:

@@ -359,7 +359,7 @@ def _planned(
                     candidate.words,
                     {name: then[name] for name in chosen},
                     float(np.exp(np.mean([np.log(now[name] / then[name]) for name in chosen]))),
-                    min((_separated(known, planned, rival) for rival in rivals), default=None),
+                    _separated(known, planned, rivals),
                 )
             )
             programs[candidate.name] = planned
@@ -437,7 +437,8 @@ def _examined(known: Known, rivals: Sequence[Rival], forecast: Forecast, planned
     units = [known.unit, *(unit for unit, _ in rivals)]
     objective = simulated(known, planned, known.unit)
     apart = [rise for _, rise in _minima(objective, known.unit, _starts(known, objective))]
-    least = min([*apart, np.inf if forecast.separation is None else forecast.separation])
+    assert forecast.separation is not None, "there are rivals"
+    least = min([*apart, forecast.separation])
     weights, separations = [1.0], [least]
     for truth, rise in [rival for rival in rivals if rival[1] < COMPARABLE_RISE][:_MOST_RIGHT]:
         others = [unit for unit in units if unit is not truth]
@@ -478,26 +479,28 @@ def _minima(
     """Minima of an objective besides the right one, by their rise above it, lowest first."""
     programs = CompiledJointObjective(objective)
     lowest, found = programs.residual(right).loss, list[Rival]()
+    # Each minimum with its Jacobian, in which a distance is one in standard errors.
+    known = [(right, _jacobian(programs, right))]
     for start in starts:
         end = search(Descent(), programs, np.clip(start, 0.0, 1.0))
-        others = [right, *(unit for unit, _ in found)]
-        if end.outcome.converged and not any(_is_same(programs, other, end.unit) for other in others):
+        apart = (np.sum((jacobian @ (end.unit - unit)) ** 2) for unit, jacobian in known)
+        if end.outcome.converged and min(apart) >= 1:
+            known.append((end.unit, _jacobian(programs, end.unit)))
             found.append((end.unit, end.loss - lowest))
     return sorted(found, key=lambda rival: rival[1])
 
 
-def _is_same(
-    programs: CompiledJointObjective,
-    minimum: Float[np.ndarray, " parameters"],
-    other: Float[np.ndarray, " parameters"],
-) -> bool:
-    """Whether a point is less than a standard error from a minimum."""
-    jacobian = programs.linearised(minimum).jacobian
+def _jacobian(
+    programs: CompiledJointObjective, unit: Float[np.ndarray, " parameters"]
+) -> Float[np.ndarray, "residuals parameters"]:
+    jacobian = programs.linearised(unit).jacobian
     assert jacobian is not None, "every measurement has one"
-    return float(np.sum((jacobian @ (other - minimum)) ** 2)) < 1
+    return jacobian
 
 
-def _separated(known: Known, planned: Planned, rival: Rival) -> float:
-    """Chi-square of a rival minimum, all parameters refitted, on noise-free data of the present one."""
+def _separated(known: Known, planned: Planned, rivals: Sequence[Rival]) -> float | None:
+    """Least chi-square of the rivals, all parameters refitted, on noise-free data of the present minimum."""
+    if not rivals:
+        return None
     programs = CompiledJointObjective(simulated(known, planned, known.unit))
-    return search(Descent(), programs, rival[0]).loss
+    return min(search(Descent(), programs, unit).loss for unit, _ in rivals)
