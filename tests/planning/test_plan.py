@@ -7,11 +7,14 @@ import pytest
 
 import jaxink
 from jaxink.errors import InputRefusedError
+from jaxink.numerics.precision import computing
 from jaxink.planning import next_project
 from jaxink.planning import plan as plan_module
+from jaxink.planning import rivals as rivals_module
 from jaxink.planning.forecast import Planned
 from jaxink.planning.known import Known
 from jaxink.planning.menu import menu
+from jaxink.planning.valley import valley
 from jaxink.projects import Measurement, Project, parse_project
 from tests.projects.conftest import SAMPLE, TRUTH, measured
 from tests.samples import edited
@@ -83,10 +86,31 @@ def test_the_forecast_holds_when_the_measurement_is_made(plan, result):
         assert joint[name].standard_error == pytest.approx(error, rel=0.25), name
 
 
+def test_where_the_thickness_is_not_determined_the_forecast_covers_what_it_may_be(plan, result):
+    known = Known.of(result)
+    with computing():
+        points = valley(known, plan.undetermined)
+    thickness, scattering, asymmetry = (
+        np.array([known.objective.numbers(unit)[f"ink.{name}"] for unit in points])
+        for name in ("thickness_um", "scattering_per_mm", "asymmetry_parameter")
+    )
+    assert thickness.max() > 1.5 * thickness.min()
+    np.testing.assert_allclose(thickness * scattering, (thickness * scattering)[0], rtol=0.01)
+    np.testing.assert_allclose(asymmetry, asymmetry[0], atol=0.005)
+    best = plan.best
+    for name, (least, largest) in best.ranges.items():
+        assert least <= best.standard_errors[name] <= largest, name
+    least, largest = best.ranges["ink.thickness_um"]
+    assert largest > 1.2 * least
+    assert f"({least:.2g} to {largest:.2g})" in plan.card().text()
+
+
 def test_targets_choose_what_counts(result):
     plan = jaxink.plan_measurement(result, targets=["ink.asymmetry_parameter"])
     assert list(plan.targets) == ["ink.asymmetry_parameter"]
     assert plan.best.standard_errors.keys() == {"ink.asymmetry_parameter"}
+    # It is determined by what there is.
+    assert all(not one.ranges for one in plan.forecasts)
     with_all = [one.name for one in plan.forecasts]
     assert len(with_all) >= 9
 
@@ -144,10 +168,10 @@ def test_the_measurement_that_decides_whichever_minimum_is_right_comes_first(mon
     names = {id(planned): name for name, planned in programs.items()}
     known = object.__new__(Known)
     vars(known)["unit"] = present
-    monkeypatch.setattr(plan_module, "simulated", lambda known, planned, right: names[id(planned)])
-    monkeypatch.setattr(plan_module, "_starts", lambda known, objective: [])
+    monkeypatch.setattr(rivals_module, "simulated", lambda known, planned, right: names[id(planned)])
+    monkeypatch.setattr(rivals_module, "_starts", lambda known, objective: [])
     monkeypatch.setattr(
-        plan_module, "_minima", lambda name, right, starts: [(present, apart[name, float(right[0])])]
+        rivals_module, "_minima", lambda name, right, starts: [(present, apart[name, float(right[0])])]
     )
     forecasts = [plan_module.Forecast(name, name, {}, 1.0, apart[name, 0.5]) for name in "ab"]
     rivals = [(likely, 1.0), (unlikely, 20.0)]

@@ -1,6 +1,6 @@
 """Joint fits of several measurements, and docs/validation/joint.md.
 
-python -m benchmarks.validation.joint four|pull|lacking|cost|readings|next|real|page
+python -m benchmarks.validation.joint four|pull|lacking|cost|readings|forecast|next|real|page
 
 Each task makes the rows of results.json that are missing; remove a row to repeat it.
 """
@@ -16,6 +16,7 @@ from benchmarks.pages import filled, machine, table, write_page
 from benchmarks.validation.joint import (
     cost,
     discs,
+    forecast,
     four,
     lacking,
     next_one,
@@ -29,6 +30,7 @@ from jaxink.numerics.digits import percent, rounded, with_uncertainty
 RESULTS = Path(__file__).with_name("results.json")
 _DRAWS = range(10)
 _LACKING = range(3)
+_PLANNED = range(3)
 # Until so many of them are undecided before.
 _MOST_TRIED, _UNDECIDED = 16, 10
 _SHORT = {
@@ -61,6 +63,8 @@ def _rows() -> Iterator[tuple[str, str, Callable[[], dict | list]]]:
         yield "readings", f"readings {seed}", lambda seed=seed: three_readings.found(seed)
     for seed in range(_MOST_TRIED):
         yield "next", f"next {seed}", lambda seed=seed: next_one.found(seed)
+    for seed in _PLANNED:
+        yield "forecast", f"forecast {seed}", lambda seed=seed: forecast.found(seed)
     for name in real.SAMPLES:
         yield "real", name, lambda name=name: real.fitted(name)
     yield "real", discs.NAME, discs.fitted
@@ -96,6 +100,8 @@ def _write_page(results: dict) -> None:
         "discs": discs.told(results.get(discs.NAME)),
         "spheres": spheres.told(results),
         "readings": _readings(results),
+        "forecast": _forecast(results),
+        "held": _held(results),
         "next": _next(results),
         "decided": _decided(results),
     }
@@ -172,6 +178,46 @@ def _readings(results: dict) -> str:
         "absorption, 1/mm : true",
     ]
     return table([*heads, "asymmetry : true", "minima not excluded"], rows)
+
+
+def _forecast(results: dict) -> str:
+    """Foreseen standard errors beside those of ten fits, and the scatter of these about the truth."""
+    rows = []
+    for seed in _PLANNED:
+        found = results.get(f"forecast {seed}")
+        if found is None:
+            continue
+        for name, foreseen in found["foreseen"].items():
+            off, errors = np.array([draw[name] for draw in found["draws"]]).T
+            least, largest = found["ranges"][name]
+            row = [
+                found["measurement"],
+                name,
+                rounded(found["truth"][name], 3),
+                rounded(found["now"][name], 2),
+            ]
+            row += [f"{rounded(foreseen, 2)} ({rounded(least, 2)} to {rounded(largest, 2)})"]
+            row += [f"{rounded(errors.min(), 2)} to {rounded(errors.max(), 2)}"]
+            rows.append([*row, f"{np.sqrt(np.mean((off / errors) ** 2)):.2f}"])
+    heads = ["first of the plan", "parameter", "truth", "now", "foreseen", "fitted"]
+    return table([*heads, "rms distance from the truth, s.e."], rows)
+
+
+def _held(results: dict) -> str:
+    """How many fitted standard errors are within a quarter of what was foreseen."""
+    near, within, count = 0, 0, 0
+    for seed in _PLANNED:
+        found = results.get(f"forecast {seed}", {"draws": []})
+        for draw in found["draws"]:
+            for name, (_, error) in draw.items():
+                least, largest = found["ranges"][name]
+                near += abs(error / found["foreseen"][name] - 1) <= 0.25
+                within += 0.75 * least <= error <= 1.25 * largest
+                count += 1
+    return (
+        f"Of {count} fitted standard errors, {near} are within 25 % of the number foreseen, {within} within "
+        "25 % of its range."
+    )
 
 
 def _next(results: dict) -> str:
@@ -273,7 +319,9 @@ def main() -> None:
     """Do what is asked for."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument(
-        "tasks", nargs="+", choices=("four", "pull", "lacking", "cost", "readings", "next", "real", "page")
+        "tasks",
+        nargs="+",
+        choices=("four", "pull", "lacking", "cost", "readings", "forecast", "next", "real", "page"),
     )
     results = json.loads(RESULTS.read_text(encoding="utf-8")) if RESULTS.exists() else {}
     for task in parser.parse_args().tasks:

@@ -50,7 +50,7 @@ def _scan() -> GonioData:
     )
 
 
-def _noisy(data, sample, rng, sigma_of):
+def noisy(data, sample, rng, sigma_of):
     """The data of a sample, with noise."""
     if isinstance(data, Readings):
         exact = evaluate(ReadingsModel(sample, data))
@@ -70,12 +70,12 @@ def found(seed: int) -> dict:
         "ink.volume_fraction": float(np.exp(rng.uniform(np.log(0.01), np.log(0.15)))),
         "ink.particle_index": float(rng.uniform(1.75, 2.5)),
     }
-    data = _noisy(_scan(), sample.replace(truth), rng, lambda f: _NOISE * f)
+    data = noisy(_scan(), sample.replace(truth), rng, lambda f: _NOISE * f)
     before = jaxink.fit(data, sample, _OPTIONS)
     if before.minima is None or len(before.minima.comparable) < 2:
         return {"truth": truth, "undecided": False}
     plan = jaxink.plan_measurement(before)
-    after = _added(before, plan, truth, rng)
+    after = joint_with_first(before, plan, truth, rng)
     return {
         "truth": truth,
         "undecided": True,
@@ -94,7 +94,9 @@ def found(seed: int) -> dict:
     }
 
 
-def _added(before: FitResult, plan: MeasurementPlan, truth: dict, rng: np.random.Generator) -> JointResult:
+def joint_with_first(
+    before: FitResult, plan: MeasurementPlan, truth: dict, rng: np.random.Generator
+) -> JointResult:
     """The joint fit with the first measurement of the plan, simulated with the plan's noise."""
     one = plan.candidates[plan.best.name].measurement
     relative, common = plan.noise
@@ -105,10 +107,13 @@ def _added(before: FitResult, plan: MeasurementPlan, truth: dict, rng: np.random
             return np.hypot(relative / np.sqrt(times), common) * np.abs(exact)
         return relative / np.sqrt(times) * np.abs(exact)
 
-    data = _noisy(one.data, one.sample.replace(truth), rng, sigma_of)
-    sample = jaxink.parse_sample(_SAMPLE)
+    def shared(values):
+        """What the further sample has in common with the present one."""
+        return one.sample.replace({n: v for n, v in values.items() if one.names[n] == n})
+
+    data = noisy(one.data, shared(truth), rng, sigma_of)
     # The fit begins as anew: what is known of the present one is its measurement.
-    start = {p.name: p.value for p in sample.parameters.free}
-    made = dataclasses.replace(one, data=data, sample=one.sample.replace(start))
-    present = Measurement("present", before.data, sample, {n: n for n in sample.parameters})
+    start = {p.name: p.value for p in before.sample.parameters.free}
+    made = dataclasses.replace(one, data=data, sample=shared(start))
+    present = Measurement("present", before.data, before.sample, {n: n for n in before.sample.parameters})
     return jaxink.fit(Project((present, made)), options=_OPTIONS)

@@ -19,6 +19,8 @@ from jaxink.measurement import FitNoise, GonioData
 from jaxink.projects import Measurement, Project
 
 PRESENT = "present"
+# Of a range: a parameter that is known no better is not determined.
+RANGE_DEVIATION = 0.289
 
 
 @dataclasses.dataclass(frozen=True)

@@ -10,144 +10,23 @@ from jaxink.display.brief import brief_repr
 from jaxink.display.card import Card, CardTable, Presented
 from jaxink.errors import InputRefusedError, require_integer
 from jaxink.files.encoding import plain
-from jaxink.fitting import (
-    COMPARABLE_RISE,
-    CompiledJointObjective,
-    Descent,
-    FitResult,
-    JointObjective,
-    JointResult,
-    Objective,
-    Search,
-    covariance,
-    scan_of,
-    search,
-)
+from jaxink.fitting import FitResult, JointResult
 from jaxink.numerics.digits import percent, rounded
 from jaxink.numerics.failures import Failure, Failures
 from jaxink.numerics.precision import computing
 from jaxink.numerics.progress import Progress, StepOf, log_progress
 from jaxink.planning.forecast import NoiseOfKind, Planned
-from jaxink.planning.known import Known
+from jaxink.planning.known import RANGE_DEVIATION, Known
 from jaxink.planning.menu import Candidate, menu
+from jaxink.planning.rivals import Rival, chance_to_decide, rivals_of, separated
+from jaxink.planning.simulation import SimulatedCheck, simulated_check
+from jaxink.planning.valley import valley
 
 READINGS = 100
-# Of a range: a parameter that is known no better is not determined.
-_RANGE_DEVIATION = 0.289
 _UNDETERMINED = 0.2
-# Minima that are so little higher are told apart by a plan, even if the fit excludes them already.
-_NEAR_RISE = 3 * COMPARABLE_RISE
-_MOST_RIVALS = 8
 _CHECKED = 2
-# Leading forecasts that are examined for every minimum that may be right: the present one, and so many.
-_MOST_EXAMINED, _MOST_RIGHT = 4, 4
-Rival = tuple[Float[np.ndarray, " parameters"], float]
-
-
-@dataclasses.dataclass(frozen=True)
-class SimulatedCheck:
-    """Fits to simulated data of the present measurements and one more.
-
-    Parameters
-    ----------
-    name
-        The further measurement.
-    standard_errors
-        Of each free parameter, from the fit of the data simulated at the present minimum.
-    separation
-        Least chi-square by which a minimum that the data do not follow is above the one that they follow,
-        over data simulated at each of the minima; None without rivals.
-    """
-
-    __repr__ = brief_repr
-
-    name: str
-    standard_errors: dict[str, float]
-    separation: float | None
-
-
-def simulated_check(
-    known: Known,
-    planned: Planned,
-    rivals: Sequence[Float[np.ndarray, " parameters"]],
-    seed: int,
-) -> SimulatedCheck:
-    """Simulate the present measurements with one more at every minimum, and fit from every minimum.
-
-    Parameters
-    ----------
-    known
-        The present measurements.
-    planned
-        The further one.
-    rivals
-        Other minima, scaled to [0, 1].
-    seed
-        Of the noise.
-    """
-    rng, hypotheses = np.random.default_rng(seed), [known.unit, *rivals]
-    apart, errors = list[float](), dict[str, float]()
-    for number, truth in enumerate(hypotheses):
-        programs = CompiledJointObjective(simulated(known, planned, truth, rng))
-        ends = [search(Descent(), programs, start) for start in hypotheses]
-        if number == 0:
-            errors = _fitted_errors(known, ends[0])
-        others = [end.loss for i, end in enumerate(ends) if i != number]
-        if others:
-            apart.append(min(others) - ends[number].loss)
-    return SimulatedCheck(planned.candidate.name, errors, min(apart) if apart else None)
-
-
-def simulated(
-    known: Known,
-    planned: Planned,
-    truth: Float[np.ndarray, " parameters"],
-    rng: np.random.Generator | None = None,
-) -> JointObjective:
-    """The objective of data that follow a hypothesis.
-
-    Parameters
-    ----------
-    known, planned
-        The present measurements, and the further one.
-    truth
-        The hypothesis, scaled to [0, 1].
-    rng
-        Of the noise; None for none.
-    """
-    present, part = known.objective, planned.at_noise_of(truth)
-    parts = []
-    for one, at in zip((*present.parts, part), (*present.positions, planned.positions), strict=True):
-        exact = _predicted(one, truth[at], known, planned)
-        measured = exact
-        if rng is not None:
-            factor = one.scan_relative * rng.standard_normal(one.n_scans)
-            measured = exact * (1 + factor[one.scan]) + one.sigma * rng.standard_normal(len(exact))
-        parts.append(dataclasses.replace(one, measured=measured))
-    return dataclasses.replace(
-        present,
-        parts=tuple(parts),
-        positions=(*present.positions, planned.positions),
-        shares=(*present.shares, 1.0),
-    )
-
-
-def _predicted(
-    part: Objective, unit: Float[np.ndarray, " own"], known: Known, planned: Planned
-) -> Float[np.ndarray, " points"]:
-    for one, program in zip(known.objective.parts, known.programs.parts, strict=True):
-        if part is one:
-            return program.linearised(unit).predicted
-    return planned.programs.linearised(unit).predicted
-
-
-def _fitted_errors(known: Known, end: Search) -> dict[str, float]:
-    """Standard errors in the units of the parameters."""
-    if end.triangle is None or end.gradient is None:
-        return {}
-    deviation = covariance(end.triangle, end.unit, end.gradient).deviation
-    slopes = np.abs(np.asarray(known.objective.scale.slope(end.unit)))
-    return dict(zip(known.free, (deviation * slopes).tolist(), strict=True))
+# Leading forecasts that are examined for every minimum that may be right.
+_MOST_EXAMINED = 4
 
 
 @dataclasses.dataclass(frozen=True)
@@ -168,6 +47,9 @@ class Forecast:
     chance
         Probability that all minima but the right one are then excluded (chi-square at least 9 above it), the
         right one being any of the five likeliest now, by its likelihood; None if it was not examined.
+    ranges
+        Least and largest standard error over the values that parameters may have which the present
+        measurements do not determine; empty if they determine all.
     """
 
     __repr__ = brief_repr
@@ -178,6 +60,15 @@ class Forecast:
     gain: float
     separation: float | None
     chance: float | None = None
+    ranges: dict[str, tuple[float, float]] = dataclasses.field(default_factory=dict)
+
+    def error(self, name: str) -> str:
+        """The standard error of a target, with its range."""
+        error = rounded(self.standard_errors[name], 2)
+        if name not in self.ranges:
+            return error
+        least, largest = (rounded(end, 2) for end in self.ranges[name])
+        return error if least == largest else f"{error} ({least} to {largest})"
 
 
 @dataclasses.dataclass(frozen=True, repr=False)
@@ -248,9 +139,8 @@ class MeasurementPlan(Presented):
                     f"{percent(self.best.chance)}."
                 )
         best = self.best
-        errors = ", ".join(
-            f"{name} to {rounded(error, 2)} (now {_now(self.targets[name])})"
-            for name, error in best.standard_errors.items()
+        errors = "; ".join(
+            f"{name} to {best.error(name)}, now {_now(self.targets[name])}" for name in best.standard_errors
         )
         said.append(f"{self.readings} readings of {best.words} would determine {errors}.")
         return tuple(said)
@@ -264,7 +154,7 @@ class MeasurementPlan(Presented):
         for one in self.forecasts:
             row = [one.words, rounded(one.gain, 3)]
             row += [rounded(one.separation, 3), percent(one.chance)] if self.rivals else []
-            rows.append([*row, *(rounded(one.standard_errors[name], 2) for name in names)])
+            rows.append([*row, *(one.error(name) for name in names)])
         return CardTable(heads, rows)
 
     def card(self) -> Card:
@@ -275,6 +165,11 @@ class MeasurementPlan(Presented):
             + (f" and a factor of {percent(factor)} common to a scan" if factor else "")
             + "; standard errors by the linear model, with each parameter known within its range."
         ]
+        if self.undetermined:
+            remarks.append(
+                "In brackets: from the least to the largest standard error over the values that "
+                f"{', '.join(self.undetermined)} may have."
+            )
         remarks += [self._checked(check) for check in self.checks]
         remarks += [failure.sentence for failure in self.failures]
         return Card("What to measure next", self.sentences, (self.table(),), remarks)
@@ -342,33 +237,38 @@ def _planned(
             )
     chosen = tuple(targets) or known.free
     noise, failures = NoiseOfKind.of(known), Failures()
-    weak = np.eye(len(known.free)) / _RANGE_DEVIATION**2
-    present = known.information(known.unit) + weak
-    now = _errors(known, present)
-    rivals = _rivals(known)
+    weak = np.eye(len(known.free)) / RANGE_DEVIATION**2
+    now = _errors(known, known.information(known.unit) + weak, known.unit)
+    width = RANGE_DEVIATION * np.abs(np.asarray(known.objective.scale.slope(known.unit)))
+    wide = dict(zip(known.free, width.tolist(), strict=True))
+    undetermined = tuple(name for name in chosen if now[name] > (1 - _UNDETERMINED) * wide[name])
+    # The information of the present measurements at each point where the truth may be.
+    places = [(unit, known.information(unit) + weak) for unit in valley(known, undetermined)]
+    rivals = rivals_of(known)
     items, found, programs = list(menu(known.base[0], known.project)), list[Forecast](), dict[str, Planned]()
     for number, candidate in enumerate(items, start=1):
         progress("forecast", StepOf(number, len(items)), 0.0)
         with failures.sparing("the forecast of {}", candidate.words):
             planned = Planned(candidate, known, noise, readings)
-            _, slopes = planned.whitened(known.unit)
-            then = _errors(known, present + slopes.T @ slopes)
+            errors = list[dict[str, float]]()
+            for unit, present in places:
+                _, slopes = planned.whitened(unit)
+                errors.append(_errors(known, present + slopes.T @ slopes, unit))
+            then = errors[0]
             found.append(
                 Forecast(
                     candidate.name,
                     candidate.words,
                     {name: then[name] for name in chosen},
                     float(np.exp(np.mean([np.log(now[name] / then[name]) for name in chosen]))),
-                    _separated(known, planned, rivals),
+                    separated(known, planned, rivals),
+                    ranges=_ranges(errors, chosen) if undetermined else {},
                 )
             )
             programs[candidate.name] = planned
     if not found:
         raise InputRefusedError("no further measurement of the menu can be predicted for this sample.")
-    scale, unit = known.objective.scale, known.unit
     units = [rival for rival, _ in rivals]
-    width = _RANGE_DEVIATION * np.abs(np.asarray(scale.slope(unit)))
-    wide = dict(zip(known.free, width.tolist(), strict=True))
     found = _ranked(known, rivals, found, programs, progress)
     checks = list[SimulatedCheck]()
     for number, one in enumerate(found[:_CHECKED], start=1):
@@ -380,7 +280,7 @@ def _planned(
         noise=(noise.relative, noise.scan_relative),
         targets={name: now[name] for name in chosen},
         disagreement=known.disagreement,
-        undetermined=tuple(name for name in chosen if now[name] > (1 - _UNDETERMINED) * wide[name]),
+        undetermined=undetermined,
         rivals=tuple(known.objective.numbers(rival) for rival, _ in rivals),
         separation=min((rise for _, rise in rivals), default=None),
         forecasts=tuple(found),
@@ -398,11 +298,20 @@ def _now(error: float) -> str:
     return rounded(error, 2)
 
 
-def _errors(known: Known, information: Float[np.ndarray, "parameters parameters"]) -> dict[str, float]:
-    """Standard errors of the free parameters in their units."""
+def _errors(
+    known: Known,
+    information: Float[np.ndarray, "parameters parameters"],
+    unit: Float[np.ndarray, " parameters"],
+) -> dict[str, float]:
+    """Standard errors of the free parameters in their units, at a point."""
     deviation = np.sqrt(np.diag(np.linalg.inv(information)))
-    slopes = np.abs(np.asarray(known.objective.scale.slope(known.unit)))
+    slopes = np.abs(np.asarray(known.objective.scale.slope(unit)))
     return dict(zip(known.free, (deviation * slopes).tolist(), strict=True))
+
+
+def _ranges(errors: Sequence[dict[str, float]], names: Sequence[str]) -> dict[str, tuple[float, float]]:
+    """The least and the largest of each over several points."""
+    return {name: (min(at[name] for at in errors), max(at[name] for at in errors)) for name in names}
 
 
 def _ranked(
@@ -423,84 +332,8 @@ def _ranked(
     examined = list[Forecast]()
     for number, one in enumerate(found[:_MOST_EXAMINED], start=1):
         progress("chance to decide", StepOf(number, _MOST_EXAMINED), 0.0)
-        examined.append(_examined(known, rivals, one, programs[one.name]))
+        assert one.separation is not None, "there are rivals"
+        separation, chance = chance_to_decide(known, rivals, programs[one.name], one.separation)
+        examined.append(dataclasses.replace(one, separation=separation, chance=chance))
     examined.sort(key=lambda one: (-(one.chance or 0.0), -(one.separation or 0.0)))
     return examined + found[_MOST_EXAMINED:]
-
-
-def _examined(known: Known, rivals: Sequence[Rival], forecast: Forecast, planned: Planned) -> Forecast:
-    """A forecast with its chance to decide.
-
-    A minimum of both measurements need not be near one of the present alone: in a flat valley, they may meet
-    elsewhere, so that a scan looks for more if the present one is right.
-    """
-    units = [known.unit, *(unit for unit, _ in rivals)]
-    objective = simulated(known, planned, known.unit)
-    apart = [rise for _, rise in _minima(objective, known.unit, _starts(known, objective))]
-    assert forecast.separation is not None, "there are rivals"
-    least = min([*apart, forecast.separation])
-    weights, separations = [1.0], [least]
-    for truth, rise in [rival for rival in rivals if rival[1] < COMPARABLE_RISE][:_MOST_RIGHT]:
-        others = [unit for unit in units if unit is not truth]
-        found = _minima(simulated(known, planned, truth), truth, others)
-        weights.append(float(np.exp(-rise / 2)))
-        separations.append(min((one for _, one in found), default=np.inf))
-    decides = np.array(separations) >= COMPARABLE_RISE
-    chance = float(np.average(decides, weights=weights))
-    return dataclasses.replace(forecast, separation=least, chance=chance)
-
-
-def _rivals(known: Known) -> list[Rival]:
-    """Other minima that the present measurements exclude barely or not, lowest first.
-
-    What a scan has only passed by is searched to its end first, which may be a minimum that is known already.
-    """
-    if known.minima is None:
-        return []
-    scale = known.objective.scale
-    listed = [one for one in known.minima.found[1:] if one.rise < _NEAR_RISE][:_MOST_RIVALS]
-    starts = [scale.to_unit(np.array([one.values[name] for name in known.free])) for one in listed]
-    found = _minima(known.objective, known.unit, [*starts, *_starts(known, known.objective)])
-    return [rival for rival in found if rival[1] < _NEAR_RISE][:_MOST_RIVALS]
-
-
-def _starts(known: Known, objective: JointObjective) -> list[Float[np.ndarray, " parameters"]]:
-    """Where a scan finds minima; none if no free parameter has several."""
-    free = [known.project.parameters[name] for name in known.free]
-    made = scan_of(objective, free, known.unit)
-    return [] if made is None else made.starts
-
-
-def _minima(
-    objective: JointObjective,
-    right: Float[np.ndarray, " parameters"],
-    starts: Sequence[Float[np.ndarray, " parameters"]],
-) -> list[Rival]:
-    """Minima of an objective besides the right one, by their rise above it, lowest first."""
-    programs = CompiledJointObjective(objective)
-    lowest, found = programs.residual(right).loss, list[Rival]()
-    # Each minimum with its Jacobian, in which a distance is one in standard errors.
-    known = [(right, _jacobian(programs, right))]
-    for start in starts:
-        end = search(Descent(), programs, np.clip(start, 0.0, 1.0))
-        apart = (np.sum((jacobian @ (end.unit - unit)) ** 2) for unit, jacobian in known)
-        if end.outcome.converged and min(apart) >= 1:
-            known.append((end.unit, _jacobian(programs, end.unit)))
-            found.append((end.unit, end.loss - lowest))
-    return sorted(found, key=lambda rival: rival[1])
-
-
-def _jacobian(
-    programs: CompiledJointObjective, unit: Float[np.ndarray, " parameters"]
-) -> Float[np.ndarray, "residuals parameters"]:
-    jacobian = programs.linearised(unit).jacobian
-    assert jacobian is not None, "every measurement has one"
-    return jacobian
-
-
-def _separated(known: Known, planned: Planned, rivals: Sequence[Rival]) -> float | None:
-    """Least chi-square of the rivals, all parameters refitted, on noise-free data of the present minimum."""
-    if not rivals:
-        return None
-    programs = CompiledJointObjective(simulated(known, planned, known.unit))
-    return min(search(Descent(), programs, unit).loss for unit, _ in rivals)
