@@ -185,6 +185,22 @@ def test_a_search_that_finds_no_minimum_says_so(residual, start, outcome):
     assert descend(evaluated(residual, (), 30), start, *box)[1] is outcome
 
 
+def with_a_kink(x, _):
+    """A residual whose minimum lies at a kink, so that its derivatives never tell that it is reached."""
+    return jnp.stack([10 * (x[0] - 0.3), 1 + 0.05 * jnp.abs(x[0] - 0.3)])
+
+
+def test_a_search_ends_where_the_model_is_no_smoother():
+    start, box = np.array([0.8]), (np.zeros(1), np.ones(1))
+    point, outcome = descend(evaluated(with_a_kink, (), 30), start, *box)
+    assert outcome is Outcome.STALLED
+    # In standard errors, the first residual is the distance.
+    assert abs(point.residual[0]) < 0.01
+    solver = BoundedLevenbergMarquardt()
+    found = optx.least_squares(with_a_kink, solver, jnp.asarray(start), max_steps=30, throw=False)
+    assert found.result == optx.RESULTS.successful
+
+
 @pytest.mark.parametrize("name", ["rosenbrock-1", "two-decays-1", "resonance-3"])
 def test_the_solver_of_optimistix_takes_the_same_steps(name):
     residual, data, lower, upper, start = PROBLEMS[name]

@@ -1,13 +1,13 @@
 """Joint fits of several measurements, and docs/validation/joint.md.
 
-python -m benchmarks.validation.joint four|pull|lacking|cost|readings|forecast|next|real|page
+python -m benchmarks.validation.joint four|rough|pull|lacking|cost|readings|forecast|next|real|page
 
 Each task makes the rows of results.json that are missing; remove a row to repeat it.
 """
 
 import argparse
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +22,7 @@ from benchmarks.validation.joint import (
     next_one,
     pull,
     real,
+    rough,
     spheres,
     three_readings,
 )
@@ -38,6 +39,7 @@ _SHORT = {
     "ink.volume_fraction": "volume fraction",
     "ink.particle_index": "index",
     "ink.particle_absorption_index": "absorption index",
+    "ink.back_roughness.sigma_deg": "slope angle, degrees",
     "thin/ink.thickness_um": "thickness (thin), um",
     "thick/ink.thickness_um": "thickness (thick), um",
 }
@@ -51,6 +53,10 @@ def _rows() -> Iterator[tuple[str, str, Callable[[], dict | list]]]:
         for chosen in four.combinations():
             name = f"{'free' if is_free else 'declared'}: {'; '.join(chosen)}"
             yield "four", name, lambda chosen=chosen, is_free=is_free: four.fitted(chosen, is_free)
+    for is_free in (False, True):
+        for chosen in rough.CHOSEN:
+            name = f"rough, {'free' if is_free else 'declared'}: {'; '.join(chosen)}"
+            yield "rough", name, lambda chosen=chosen, is_free=is_free: rough.fitted(chosen, is_free)
     for seed in _DRAWS:
         for wrong in (None, *pull.SHEETS):
             yield "pull", f"pull {seed} {wrong}", lambda seed=seed, wrong=wrong: pull.found(seed, wrong)
@@ -89,12 +95,15 @@ def _make(task: str, results: dict) -> None:
 def _write_page(results: dict) -> None:
     here = Path(__file__).parent
     made = {
-        "declared": _four(results, "declared"),
-        "free": _four(results, "free"),
+        "declared": _four(results, "declared", four.combinations()),
+        "free": _four(results, "free", four.combinations()),
+        "rough_declared": _four(results, "rough, declared", rough.CHOSEN),
+        "rough_free": _four(results, "rough, free", rough.CHOSEN),
         "pull": _pull(results),
         "lacking": _lacking(results),
     }
-    made |= {"cost": _cost(results), "machine": machine(), "summary": _summary(results)}
+    made |= {"cost": _cost(results), "machine": machine()}
+    made |= {"summary": _summary(results, ""), "rough_summary": _summary(results, "rough, ")}
     made |= {
         "real": _real(results),
         "discs": discs.told(results.get(discs.NAME)),
@@ -108,11 +117,12 @@ def _write_page(results: dict) -> None:
     write_page("joint.md", filled(here / "joint.md.in", **made))
 
 
-def _four(results: dict, kind: str) -> str:
+def _four(results: dict, kind: str, combinations: Sequence[tuple[str, ...]]) -> str:
     heads = ["measurements", "reduced chi-square", "p of disagreement", "minima not excluded", "next minimum"]
-    names = [n for n in _SHORT if kind == "free" or "thickness" not in n]
+    is_free, is_rough = kind.endswith("free"), kind.startswith("rough")
+    names = [n for n in _SHORT if (is_free or "thickness" not in n) and (is_rough or "roughness" not in n)]
     body = []
-    for chosen in four.combinations():
+    for chosen in combinations:
         found = results.get(f"{kind}: {'; '.join(chosen)}")
         if found is None:
             continue
@@ -134,12 +144,12 @@ def _value(p: dict | None) -> str:
     return f"{with_uncertainty(p['value'], p['standard_error'])} ({p['errors_off']:+.1f})"
 
 
-def _summary(results: dict) -> str:
+def _summary(results: dict, prefix: str) -> str:
     """How many values are within three standard errors of the truth."""
     found = [
         p["errors_off"]
         for name, row in results.items()
-        if name.startswith(("declared", "free"))
+        if name.startswith((f"{prefix}declared", f"{prefix}free"))
         for p in row["parameters"].values()
         if p["errors_off"] is not None
     ]
@@ -321,7 +331,7 @@ def main() -> None:
     parser.add_argument(
         "tasks",
         nargs="+",
-        choices=("four", "pull", "lacking", "cost", "readings", "forecast", "next", "real", "page"),
+        choices=("four", "rough", "pull", "lacking", "cost", "readings", "forecast", "next", "real", "page"),
     )
     results = json.loads(RESULTS.read_text(encoding="utf-8")) if RESULTS.exists() else {}
     for task in parser.parse_args().tasks:

@@ -6,16 +6,18 @@ truth is read only afterwards, to count standard errors.
 
 import dataclasses
 import itertools
+from collections.abc import Callable
 
 import jaxink
 from benchmarks.simulated_data import data_file, declared_text, truth_of
-from jaxink.fitting import FitOptions
+from jaxink.fitting import FitOptions, JointResult
 from jaxink.projects import Measurement
+from jaxink.sample import Sample
 
 THIN, THICK = "joint_thin", "joint_thick"
 SHEETS = {"thin, plate lit": (THIN, "plate"), "thin, ink lit": (THIN, "ink")}
 SHEETS |= {"thick, plate lit": (THICK, "plate"), "thick, ink lit": (THICK, "ink")}
-_OPTIONS = FitOptions(accuracy=1e-3, profile="none")
+OPTIONS = FitOptions(accuracy=1e-3, profile="none")
 # Key of the truth file by the name of a parameter.
 _KEYS = {
     "ink.radius_nm": "radius_nm",
@@ -37,27 +39,26 @@ def project(chosen: tuple[str, ...], is_thickness_free: bool) -> jaxink.Project:
         sheet, side = SHEETS[title]
         file = f"{sheet}_lit_{side}"
         sample = jaxink.parse_sample(declared_text(file), file)
-        table = sample.parameters
         if is_thickness_free:
-            declared = table["ink.thickness_um"].value
-            # A range that no one would measure less well; the start is not the declared value.
-            ends = {"minimum": 0.6 * declared, "maximum": 1.6 * declared, "value": 0.8 * declared}
-            table = table.replace("ink.thickness_um", free=True, **ends)
-        sample = dataclasses.replace(sample, parameters=table, title="")
+            sample = with_free_thickness(sample, "ink.thickness_um")
+        sample = dataclasses.replace(sample, title="")
         owner = "thin" if sheet == THIN else "thick"
-        names = {n: f"{owner}/{n}" if n == "ink.thickness_um" else n for n in table}
+        names = {n: f"{owner}/{n}" if n == "ink.thickness_um" else n for n in sample.parameters}
         name = f"{owner}_{side}_lit"
         measurements.append(Measurement(name, jaxink.read(data_file(file)), sample, names))
     return jaxink.Project(tuple(measurements))
 
 
 def fitted(chosen: tuple[str, ...], is_thickness_free: bool) -> dict:
-    """What a fit finds of some of the measurements, with its distance from the truth in standard errors."""
-    result = jaxink.fit(project(chosen, is_thickness_free), options=_OPTIONS)
+    """What a fit finds of some of the measurements."""
+    return told(jaxink.fit(project(chosen, is_thickness_free), options=OPTIONS), _truth)
+
+
+def told(result: JointResult, truth: Callable[[str], float]) -> dict:
+    """What a joint fit finds, with its distance from the truth in standard errors."""
     rows = {}
     for p in result.parameters.free:
-        true = _truth(p.name)
-        error = p.standard_error
+        true, error = truth(p.name), p.standard_error
         rows[p.name] = {
             "value": p.value,
             "standard_error": error,
@@ -74,6 +75,14 @@ def fitted(chosen: tuple[str, ...], is_thickness_free: bool) -> dict:
         "next_minimum": minima.found[1].rise if minima and len(minima.found) > 1 else None,
         "seconds": round(sum(s.run_seconds for s in result.searches), 1),
     }
+
+
+def with_free_thickness(sample: Sample, name: str) -> Sample:
+    """A thickness known no better than anyone would measure it; the start is not the declared value."""
+    declared = sample.parameters[name].value
+    ends = {"minimum": 0.6 * declared, "maximum": 1.6 * declared, "value": 0.8 * declared}
+    table = sample.parameters.replace(name, free=True, **ends)
+    return dataclasses.replace(sample, parameters=table)
 
 
 def _truth(name: str) -> float:

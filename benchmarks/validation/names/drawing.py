@@ -24,7 +24,7 @@ from benchmarks.validation.names.cases import INCIDENCES_DEG, WAVELENGTH_NM, Cas
 MEASUREMENTS = Path(__file__).with_name("measurements")
 # Photons are followed in rounds until the median standard error is small, or there are this many.
 _IN_ROUND, _MOST_ROUNDS, _STANDARD_ERROR = 100_000, 30, 0.0025
-# Transmission through a rough face: photons of each direction of view, see `_through_rough_face`.
+# Transmission through a rough face: photons of each direction of view, see `through_rough_face`.
 _PHOTONS_BACK = 300_000
 # The Monte Carlo's own error, which directions of an incidence share, is declared as that of a scan.
 _RELATIVE, _FLOOR_PER_SR, _SCAN_RELATIVE = 0.005, 1e-4, 0.004
@@ -114,21 +114,21 @@ def draw(case: Case) -> dict:
     if case.field_diameter_mm is not None:
         radii = {"beam_radius_mm": case.beam_diameter_mm / 2, "seen_radius_mm": case.field_diameter_mm / 2}
         sample = replace(sample, **radii)
-    transmitted = _through_rough_face(sample, case.name) if case.sigma_deg is not None else None
+    transmitted = through_rough_face(sample, case.name) if case.sigma_deg is not None else None
     means, errors = [], []
     for number, theta_i_deg in enumerate(INCIDENCES_DEG):
         seed = zlib.crc32(f"{case.name} {number}".encode())
         seen = directions(theta_i_deg)
         if case.backing is None and transmitted is None:
-            parts = [_followed(sample, theta_i_deg, seed, seen)]
+            parts = [followed(sample, theta_i_deg, seed, seen)]
         else:
             # The backing is there while reflection is measured.
             lit = replace(sample, backing_albedo=case.backing)
-            parts = [_followed(lit, theta_i_deg, seed, _only(seen, False))]
+            parts = [followed(lit, theta_i_deg, seed, only(seen, False))]
             if transmitted is None:
-                parts.append(_followed(sample, theta_i_deg, seed, _only(seen, True)))
+                parts.append(followed(sample, theta_i_deg, seed, only(seen, True)))
             else:
-                parts.append(_at(transmitted, number, _only(seen, True)))
+                parts.append(rows_at(transmitted, number, only(seen, True)))
         for mean, error in parts:
             means.append(case.gain * mean)
             errors.append(case.gain * error)
@@ -138,7 +138,7 @@ def draw(case: Case) -> dict:
     }
 
 
-def _through_rough_face(sample: Sample, name: str) -> dict[tuple[float, float], tuple]:
+def through_rough_face(sample: Sample, name: str) -> dict[tuple[float, float], tuple]:
     """BTDF at the incidences, with standard errors, by direction of view (polar angle, azimuth).
 
     Photons go back from each direction of view to the detectors that stand at the incidences, as Helmholtz
@@ -162,14 +162,14 @@ def _through_rough_face(sample: Sample, name: str) -> dict[tuple[float, float], 
     return found
 
 
-def _at(transmitted: dict, number: int, detectors: Detectors) -> tuple[np.ndarray, np.ndarray]:
+def rows_at(transmitted: dict, number: int, detectors: Detectors) -> tuple[np.ndarray, np.ndarray]:
     """Rows of one incidence."""
     rows = zip(detectors.theta_deg.tolist(), detectors.phi_deg.tolist(), strict=True)
     mean, error = np.array([[part[number] for part in transmitted[row]] for row in rows]).T
     return mean, error
 
 
-def _followed(sample: Sample, theta_i_deg: float, seed: int, detectors: Detectors):
+def followed(sample: Sample, theta_i_deg: float, seed: int, detectors: Detectors):
     """Mean and standard error of the BSDF of as many photons as it needs."""
     rounds = []
     while len(rounds) < _MOST_ROUNDS:
@@ -180,7 +180,8 @@ def _followed(sample: Sample, theta_i_deg: float, seed: int, detectors: Detector
     return mean, error
 
 
-def _only(detectors: Detectors, is_transmission: bool) -> Detectors:
+def only(detectors: Detectors, is_transmission: bool) -> Detectors:
+    """The directions of one side."""
     kept = detectors.is_transmission == is_transmission
     return Detectors(detectors.theta_deg[kept], detectors.phi_deg[kept], detectors.is_transmission[kept])
 

@@ -11,7 +11,7 @@ import optimistix as optx
 from jax.flatten_util import ravel_pytree
 from jaxtyping import Array, Bool, Float, PyTree, Scalar
 
-from jaxink.fitting.bounded import DECREMENT, Box, reduced
+from jaxink.fitting.bounded import DECREMENT, NEARLY, Box, reduced
 from jaxink.fitting.search_state import FIRST_DAMPING, SearchState, Status, Taken, advanced, begun
 
 
@@ -126,7 +126,8 @@ class BoundedLevenbergMarquardt(optx.AbstractLeastSquaresSolver):  # type: ignor
         result = results.where(is_finite, results.successful, results.nonfinite)
         # Where the Jacobian loses a rank at the minimum, no decrement tells that it has been reached.
         is_minimum = search.here.slope(search.box) <= float(jnp.finfo(search.proposal.dtype).eps) ** 0.4
-        is_stalled = (status == Status.STALLED) & ~is_minimum
+        is_near = search.decrement <= NEARLY * search.tolerance(search.here.loss)
+        is_stalled = (status == Status.STALLED) & ~is_minimum & ~is_near
         result = results.where(is_stalled, results.nonlinear_divergence, result)
         return status != Status.RUNNING, result
 

@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from jaxink.fitting.bounded import DECREMENT
+from jaxink.fitting.bounded import DECREMENT, NEARLY
 from jaxink.fitting.compiled import CompiledObjective, CompiledPrograms
 from jaxink.fitting.differentiable import differentiable
 from jaxink.fitting.levenberg_marquardt import BoundedLevenbergMarquardt
@@ -132,7 +132,7 @@ def _search(start: np.ndarray, row: dict[str, Any], seconds: float, compile_seco
     steps, loss_start, loss = int(row["steps"]), float(row["loss_start"]), float(row["loss"])
     outcome = _OUTCOMES[Status(int(row["status"]))]
     freedom = max(int(row["rows"]) - len(start), 1)
-    if outcome is Outcome.STALLED and row["decrement"] <= DECREMENT * loss / freedom:
+    if outcome is Outcome.STALLED and row["decrement"] <= NEARLY * DECREMENT * loss / freedom:
         outcome = Outcome.CONVERGED
     path = SearchPath(
         evaluations=np.zeros(2, int),

@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 from jaxtyping import Float
 
-from jaxink.fitting.bounded import DECREMENT, Box, Reduced, reduced
+from jaxink.fitting.bounded import DECREMENT, NEARLY, Box, Reduced, reduced
 from jaxink.fitting.joint_objective import CompiledFit
 from jaxink.fitting.limits import Budget, SearchLimits
 from jaxink.fitting.outcome import Outcome, Search
@@ -156,6 +156,7 @@ def _ended(
     elif outcome in (Outcome.CONVERGED, Outcome.STALLED):
         # As many points as parameters can be met exactly; rounding is then all that is left.
         is_exact = watched.first is not None and best.loss <= _EXACT * watched.first.loss
-        is_minimum = is_exact or decrement <= method.decrement * best.loss / best.freedom
+        allowed = method.decrement * (NEARLY if outcome is Outcome.STALLED else 1.0)
+        is_minimum = is_exact or decrement <= allowed * best.loss / best.freedom
         outcome = Outcome.CONVERGED if is_minimum else Outcome.STALLED
     return outcome, end, decrement

@@ -15,7 +15,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
-from jaxink.fitting.bounded import Box, Curvature, Factors, Reduced, bounded_step, column_norms
+from jaxink.fitting.bounded import NEARLY, Box, Curvature, Factors, Reduced, bounded_step, column_norms
 
 # Damping of the first step: from any start, and from one that a linear model has found.
 FIRST_DAMPING, NEAR_DAMPING = 1e-3, 1e-6
@@ -29,7 +29,8 @@ _FIRST_STEPS, _LONGEST_FIRST_STEP, _MORE_DAMPING = 3, 0.3, 4.0
 _LARGEST_DAMPING = 1e6
 # The largest correction relative to the step, in units of the scaled variables.
 _LARGEST_CORRECTION = 0.75
-# Refused steps in a row after which a search ends: the damping is then 2^66 times larger.
+# Steps in a row after which a search ends if they are refused, the damping being then 2^66 times larger, or if
+# they are taken where the decrement is nearly small enough: it will not become so.
 _MOST_REFUSALS = 12
 _Either = Array | np.ndarray
 
@@ -88,7 +89,7 @@ class SearchState(eqx.Module):
     damping, growth
         Of the step, and the factor of the damping after a refusal.
     accepted, refusals
-        Number of accepted steps, and of refused ones in a row.
+        Number of accepted steps, and of those in a row that lead no further: refused, or nearly at the end.
     decrement
         At the point of the search.
     taken, status
@@ -115,6 +116,10 @@ class SearchState(eqx.Module):
     decrement: Float[_Either, ""]
     taken: Int[_Either, ""]
     status: Int[_Either, ""]
+
+    def tolerance(self, loss: Float[_Either, ""]) -> Float[_Either, ""]:
+        """Decrement at which the search ends."""
+        return self.relative * loss + self.absolute
 
 
 def begun(
@@ -227,9 +232,10 @@ def _settled(state: SearchState, found: Reduced, gain) -> SearchState:
     is_damped = ~moves & ~state.is_curved
     is_better = curvature.is_better & (moves | ~state.is_curved)
     factor = jnp.where(gain > _GOOD, _QUICKLY, jnp.where(gain > _POOR, _SLOWLY, 1.0))
-    refusals = jnp.where(moves, 0, state.refusals + 1)
     decrement = jnp.where(moves, here.decrement(state.box), state.decrement)
-    meets = decrement <= state.relative * here.loss + state.absolute
+    meets = decrement <= state.tolerance(here.loss)
+    leads_on = moves & (decrement > NEARLY * state.tolerance(here.loss))
+    refusals = jnp.where(leads_on, 0, state.refusals + 1)
     status = jnp.where(meets, Status.CONVERGED, Status.RUNNING)
     status = jnp.where(jnp.all(jnp.isfinite(here.triangle)), status, Status.NO_SLOPE)
     status = jnp.where(refusals < _MOST_REFUSALS, status, Status.STALLED)
