@@ -1,7 +1,7 @@
 """A Mie ink with a rough face, printed thin and thick, each lit from both sides.
 
-The measurements are drawn by the repository's own Monte Carlo. The fits know the kind of face and its range of
-slopes, not its width.
+The measurements are drawn by the repository's own Monte Carlo. The fits know the kind of face and the range
+of its slopes, not their width.
 """
 
 import dataclasses

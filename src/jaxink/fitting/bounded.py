@@ -27,8 +27,8 @@ _TRUSTED = 0.25
 # Decrement at which a search ends, relative to the sum of squares per degree of freedom. The distance to the
 # minimum is then the root of it, 0.001 standard errors, in any units.
 DECREMENT = 1e-6
-# So many times that serve for a search that gets no further: where the model is smooth only to its accuracy, as
-# the sum over the facets of a rough face is, 0.01 standard errors are as close as derivatives lead.
+# So many times that serve for a search that gets no further: where the model is smooth only to its accuracy,
+# as the sum over the facets of a rough face is, 0.01 standard errors are as close as derivatives lead.
 NEARLY = 100.0
 # Singular values below this share of the largest are rounding: no step is made along their directions.
 _RANK_TOLERANCE = 1e-11

@@ -29,8 +29,8 @@ _FIRST_STEPS, _LONGEST_FIRST_STEP, _MORE_DAMPING = 3, 0.3, 4.0
 _LARGEST_DAMPING = 1e6
 # The largest correction relative to the step, in units of the scaled variables.
 _LARGEST_CORRECTION = 0.75
-# Steps in a row after which a search ends if they are refused, the damping being then 2^66 times larger, or if
-# they are taken where the decrement is nearly small enough: it will not become so.
+# Steps in a row after which a search ends if they are refused, the damping being then 2^66 times larger, or
+# if they are taken where the decrement is nearly small enough: it will not become so.
 _MOST_REFUSALS = 12
 _Either = Array | np.ndarray
 
