@@ -84,13 +84,14 @@ def _markdown(heads: list[str], rows: Iterable[list[str]]) -> str:
     return "".join([f"| {' | '.join(heads)} |\n", "|---" * len(heads) + "|\n", *body])
 
 
-_PARAMETERS = ("SURROUNDINGS", "BACKING", "CLEAR_LAYER", "SCATTERING_LAYER", "COEFFICIENTS", "ALBEDO")
+_PARAMETERS = ("SURROUNDINGS", "BACKING", "CLEAR_LAYER", "SCATTERING_LAYER", "COEFFICIENTS", "ALBEDO", "INKS")
 _PARAMETERS += ("SIZE_DISTRIBUTION", "MIE_LAYER", "ROUGHNESS", "SECOND_ROUGHNESS", "HEIGHT_MAP")
 _ENTRIES = (
     "LAYER_ENTRIES",
     "BACKING_ENTRIES",
     "RADIUS_TABLE",
     "POPULATIONS",
+    "MIXTURE",
     "PHASE_TABLE",
     "DISPERSION_TABLE",
 )

@@ -13,8 +13,8 @@ from jaxink.projects.conditions import Known, Part
 from jaxink.projects.project import OF, Measurement, Project
 from jaxink.projects.schema import INSTRUMENT, MEASUREMENT, PROJECT_VERSION, READING, TOP
 from jaxink.projects.splitting import Combinations, conditions_in, several_of, split
-from jaxink.sample import TOP as SAMPLE_TOP
 from jaxink.sample import (
+    MIXED,
     Sample,
     document_of,
     layer_tables,
@@ -25,10 +25,15 @@ from jaxink.sample import (
     text_of,
     turned_over,
 )
+from jaxink.sample import TOP as SAMPLE_TOP
 
 # What measurements have in common by name: the tables of the file, and the key of a measurement.
 _SHARED = {"instruments": "instrument", "specimens": "specimen"}
 _NO_SPECIMENS = "but there is no table [specimens.NAME]; add one with what differs, or use changes."
+# What a mixture changes in its layer.
+_OF_MIXTURE = {"mixture": MIXED}
+# Tables whose parameters are named without them.
+_NAMED_APART = ("effects", "inks")
 # Tables of a sample file that a measurement may change; layers are changed by their names.
 _CHANGED = tuple(key for key in SAMPLE_TOP if key not in ("schema_version", "layers", "lit_side"))
 
@@ -242,7 +247,7 @@ def _apply(document: dict[str, Any], changes: Mapping[str, Any], where: str) -> 
     for key, value in changes.items():
         if key in layers:
             layers[key].update(_as_table(value, f"{where}.{key}"))
-            stems += [f"{key}.{inner}" for inner in value]
+            stems += [f"{key}.{own}" for inner in value for own in _OF_MIXTURE.get(inner, (inner,))]
         elif key not in _CHANGED:
             known = ", ".join((*map(str, layers), *_CHANGED))
             raise InputRefusedError(
@@ -252,8 +257,7 @@ def _apply(document: dict[str, Any], changes: Mapping[str, Any], where: str) -> 
             document.pop(key, None)
         elif isinstance(value, dict):
             document[key] = _without_false({**_as_table(document.get(key, {}), key), **value})
-            # Effects name their parameters by themselves, without the table that holds them.
-            stems += [inner if key == "effects" else f"{key}.{inner}" for inner in value]
+            stems += [inner if key in _NAMED_APART else f"{key}.{inner}" for inner in value]
         else:
             document[key] = value
     return stems

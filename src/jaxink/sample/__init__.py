@@ -18,6 +18,7 @@ from jaxink.sample.draft import (
 from jaxink.sample.effect_schema import EFFECTS, defaults_of, terms_of
 from jaxink.sample.entries import bounded, choice, missing, only, table_of, true_or_false
 from jaxink.sample.heights import read_map
+from jaxink.sample.ink_mixtures import MIXED
 from jaxink.sample.layer_reading import layer_tables
 from jaxink.sample.measurement_schema import TOP, WAVELENGTH_NM
 from jaxink.sample.parameters import Parameter, ParameterTable, Prior, Smoothness
@@ -43,6 +44,7 @@ __all__ = [
     "AMBIGUOUS",
     "ASYMMETRIES",
     "EFFECTS",
+    "MIXED",
     "NULLS",
     "OPAQUE",
     "PHASE_WORDS",

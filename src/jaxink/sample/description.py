@@ -38,6 +38,8 @@ class Layer:
         For ``mie``: tabulated radii in nm and their relative numbers, or None.
     populations
         For ``mie``: further kinds of particles.
+    mixture
+        Names of the inks that it is mixed from; its coefficients are tied to theirs.
     """
 
     __repr__ = brief_repr
@@ -50,6 +52,7 @@ class Layer:
     roughness: tuple[Roughness, ...] = ()
     radius_table: tuple[tuple[float, ...], tuple[float, ...]] | None = None
     populations: tuple[Population, ...] = ()
+    mixture: tuple[str, ...] = ()
 
     @property
     def particles(self) -> dict[str, tuple[tuple[float, ...], tuple[float, ...]] | None]:
@@ -117,6 +120,8 @@ class Sample(Presented):
         Reflector behind the sample, or None.
     effects
         Effects that the sample file declares in tables of their own; `jaxink.forward_model` applies them.
+    inks
+        Names of the inks that layers are mixed from, the first part of the names of their parameters.
     """
 
     layers: tuple[Layer, ...]
@@ -135,6 +140,7 @@ class Sample(Presented):
     detector_mode: str | None = None
     illumination: tuple[tuple[float, ...], tuple[float, ...]] | None = None
     effects: tuple[DeclaredEffect, ...] = ()
+    inks: tuple[str, ...] = ()
 
     def at_wavelength(self, values: Mapping[str, Any], wavelength_nm: float) -> dict[str, Any]:
         """Values at one wavelength by plain name ``layer.quantity``, with dispersions evaluated.

@@ -122,7 +122,7 @@ def read_dispersion(
     if "law" in given:
         if not quantity.has_law:
             raise InputRefusedError(
-                f"{name} has a law, which only scattering and absorption coefficients of inks, and "
+                f"{name} has a law, which only scattering and absorption coefficients of layers, and "
                 "absorption indices of particles, may have; give a number, or one for each wavelength with "
                 "per_wavelength."
             )

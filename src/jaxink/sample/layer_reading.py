@@ -9,6 +9,7 @@ from jaxink.errors import InputRefusedError
 from jaxink.sample import schema
 from jaxink.sample.description import Layer
 from jaxink.sample.entries import choice, is_list_of_numbers, only, require_equally_many
+from jaxink.sample.ink_mixtures import with_mixture
 from jaxink.sample.parameter_reading import ParameterReader
 from jaxink.sample.populations import Population, population_tables, radius_table
 from jaxink.sample.roughness import read_roughness
@@ -28,7 +29,9 @@ def layer_tables(document: dict[str, Any]) -> list[dict[str, Any]]:
     return tables
 
 
-def read_layer(position: int, table: dict[str, Any], folder: Path, numbers: ParameterReader) -> Layer:
+def read_layer(
+    position: int, table: dict[str, Any], folder: Path, numbers: ParameterReader, inks: tuple[str, ...] = ()
+) -> Layer:
     """One layer; its numbers become parameters.
 
     Parameters
@@ -41,6 +44,8 @@ def read_layer(position: int, table: dict[str, Any], folder: Path, numbers: Para
         Folder of files that the table names.
     numbers
         Collects the parameters.
+    inks
+        Names of the inks that it may be mixed from.
     """
     name = table.get("name")
     if not isinstance(name, str) or not name.isidentifier():
@@ -57,11 +62,13 @@ def read_layer(position: int, table: dict[str, Any], folder: Path, numbers: Para
         only(table, ("name", "kind", *schema.FACES, *schema.CLEAR_LAYER), f"layer '{name}'")
         numbers.read(name, schema.CLEAR_LAYER, table)
         return Layer(name, kind, roughness=roughness)
+    table, mixture = with_mixture(name, table, inks, numbers)
     phase = choice(table, "phase_function", tuple(schema.PHASE_FUNCTIONS), f"layer '{name}'")
     read = _mie_layer if phase == "mie" else _layer_with_coefficients
     opaque = table.get("thickness_um") == schema.OPAQUE
     thickness = {k: q for k, q in schema.SCATTERING_LAYER.items() if not (opaque and k == "thickness_um")}
-    return Layer(name, kind, phase, opaque, roughness=roughness, **read(name, table, thickness, numbers))
+    fields = read(name, table, thickness, numbers)
+    return Layer(name, kind, phase, opaque, roughness=roughness, mixture=mixture, **fields)
 
 
 def _mie_layer(

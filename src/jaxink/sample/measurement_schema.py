@@ -20,6 +20,7 @@ TOP = {
     "lit_side": Entry("name", "the first layer", "check only: layers are listed from the illuminated side"),
     "surroundings": Entry("table", "air on both sides", "see below"),
     "layers": Entry("tables", "required", "at least one must be scattering"),
+    "inks": Entry("tables", "none", 'inks that layers are mixed from, see "Mixed inks"'),
     "backing": Entry("table", "none", "see below"),
     "instrument": Entry("table", "ideal", "see below"),
     "noise": Entry("table", "from the measurement", "see below"),

@@ -65,6 +65,10 @@ class ParameterReader:
             for p in self._parameters
         ]
 
+    def is_by_wavelength(self, name: str) -> bool:
+        """Whether a quantity that was read has a value at each wavelength."""
+        return any(p.name.startswith(f"{name}@") for p in self._parameters)
+
     def _require_no_formula(self) -> None:
         """Reject ties to a quantity by formula, which is no parameter."""
         formulas = {dispersion.name: dispersion for dispersion in self.dispersions}

@@ -14,6 +14,7 @@ from jaxink.sample.declared_effects import own_kinds, read_effects
 from jaxink.sample.description import Backing, Layer, Sample
 from jaxink.sample.document import document_of, text_of
 from jaxink.sample.entries import choice, only, table_of, true_or_false
+from jaxink.sample.ink_mixtures import read_inks
 from jaxink.sample.layer_reading import layer_tables, read_layer
 from jaxink.sample.measurement_reading import (
     read_instrument,
@@ -117,7 +118,9 @@ def sample_of_document(document: dict[str, Any], folder: Path, effects: Collecti
     surroundings = table_of(document, "surroundings")
     only(surroundings, schema.SURROUNDINGS, "[surroundings]")
     numbers.read("surroundings", schema.SURROUNDINGS, surroundings)
-    layers = tuple(read_layer(i, t, folder, numbers) for i, t in enumerate(layer_tables(document)))
+    tables = layer_tables(document)
+    inks = read_inks(document, tables, numbers)
+    layers = tuple(read_layer(i, t, folder, numbers, inks) for i, t in enumerate(tables))
     backing = _backing(document, layers[-1], numbers)
     _check_layers(layers, backing is not None, document.get("lit_side", layers[0].name))
     instrument = read_instrument(document, numbers)
@@ -139,6 +142,7 @@ def sample_of_document(document: dict[str, Any], folder: Path, effects: Collecti
         dispersions=tuple(numbers.dispersions),
         backing=backing,
         effects=effects,
+        inks=inks,
         **instrument,
     )
 

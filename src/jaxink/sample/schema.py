@@ -132,6 +132,10 @@ COEFFICIENTS = {
 ALBEDO = {
     "single_scattering_albedo": Quantity("", 0.0, 1.0, scale="one_minus", meaning="mu_s / (mu_s + mu_a)")
 }
+# An ink that layers are mixed from; a law has no value at a wavelength to which a layer could be tied.
+INKS = {key: dataclasses.replace(quantity, has_law=False) for key, quantity in COEFFICIENTS.items()}
+SHARE = Quantity("", 0.0, 1.0, meaning="share of the volume, the parameter `layer.mixture.ink`")
+MIXTURE = {"mixture": Entry("table of shares", "none", "inks that the layer is mixed from")}
 MIE = {
     "radius_nm": Quantity(
         "nm",

@@ -118,6 +118,10 @@ def _asked(sample: Sample) -> Iterator[str]:
         tables += [(layer.name, table) for table in _tables_of(layer)]
         tables += [(f"{layer.name}.{p.name}", _particles(p.radius_table)) for p in layer.populations]
         tables += [(face.name, table) for face in layer.roughness for table in _tables_of_face(face)]
+    tables += [(ink, schema.INKS) for ink in sample.inks]
+    tables += [
+        (f"{layer.name}.mixture", dict.fromkeys(layer.mixture, schema.SHARE)) for layer in sample.layers
+    ]
     tables += [(e.name, EFFECTS[e.name].numbers) for e in sample.effects if e.name in EFFECTS]
     yield from (f"{where}.{key}" for where, table in tables for key in table)
 

@@ -10,6 +10,7 @@ from jaxink.errors import InputRefusedError
 from jaxink.sample import measurement_schema, schema
 from jaxink.sample.description import Layer, Sample
 from jaxink.sample.effect_schema import EFFECTS
+from jaxink.sample.ink_mixtures import MIXED
 from jaxink.sample.parameters import Parameter
 from jaxink.sample.roughness import Roughness
 from jaxink.sample.schema import HEIGHT_MAP_WORD
@@ -51,6 +52,8 @@ class _Writer:
         """Lines of all tables."""
         sample = self.sample
         yield from self._table("[surroundings]", "surroundings", schema.SURROUNDINGS)
+        for ink in sample.inks:
+            yield from self._table(f"[inks.{ink}]", ink, schema.INKS, remark=ink)
         for layer in sample.layers:
             yield from self._layer(layer)
         if sample.backing is not None:
@@ -93,7 +96,15 @@ class _Writer:
             )
             fixed |= columns
         fixed |= _radii(layer.radius_table)
-        keys = self._keys(layer.name, {p.name for p in layer.populations})
+        apart = {p.name for p in layer.populations}
+        if layer.mixture:
+            shares = {
+                ink: _entry(self.sample.parameters[f"{layer.name}.mixture.{ink}"]) for ink in layer.mixture
+            }
+            fixed["mixture"] = _Written(_inline(shares))
+            # What is tied to the shares follows from them.
+            apart |= set(MIXED)
+        keys = self._keys(layer.name, apart)
         yield from self._table("[[layers]]", layer.name, keys, remark=layer.name, **fixed)
         for face in layer.roughness:
             yield from self._face(face)
@@ -221,7 +232,13 @@ def _plain_table(head: str, entries: Mapping[str, Any]) -> Iterator[str]:
     yield from (f"{key} = {_value(value)}" for key, value in entries.items() if value is not None)
 
 
+class _Written(str):
+    """A value that is TOML already."""
+
+
 def _value(value: Any) -> str:
+    if isinstance(value, _Written):
+        return value
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, str):
