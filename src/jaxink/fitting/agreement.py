@@ -8,6 +8,7 @@ from jaxtyping import Float
 
 from jaxink.display.brief import brief_repr
 from jaxink.fitting.joint_objective import CompiledJointObjective, JointObjective
+from jaxink.fitting.limits import Budget, SearchLimits
 from jaxink.fitting.method import Method, search
 from jaxink.fitting.outcome import Search
 from jaxink.fitting.uncertainty import covariance
@@ -24,6 +25,9 @@ _UNKNOWN = 1e-9
 _DETERMINED_ELSEWHERE = 1e-6
 # So many candidates are left out in turn by fits; the linear model finds them.
 _CANDIDATES = 2
+# Chi-square at which a measurement alone is met: readings that its parameters follow exactly have no noise
+# left by which a search could tell its end.
+_MET = 1e-3
 
 
 @dataclasses.dataclass(frozen=True)
@@ -264,10 +268,11 @@ def agreement(
     blocks = np.split(at.jacobian, ends)
     bases = np.split(_basis(at.jacobian), ends)
     leverages = [float(np.sum(basis**2)) for basis in bases[:-1]]
+    budget = Budget(SearchLimits(goal_loss=_MET))
     parts = []
     for i, name in enumerate(names):
         own = objective.positions[i]
-        alone = search(method, programs.parts[i], best.unit[own])
+        alone = search(method, programs.parts[i], best.unit[own], budget)
         parts.append(
             PartMisfit(
                 name=name,
