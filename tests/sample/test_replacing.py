@@ -39,6 +39,14 @@ def test_ties_follow():
     assert changed.parameters.values_with({})["ink.absorption_per_mm"] == 2
 
 
+def test_values_change_together():
+    # With the scattering alone, the tie would give an absorption that is out of range.
+    difference = '"ink.scattering_per_mm - ink.thickness_um"'
+    tied = jaxink.parse_sample(edited(TIED, ('"ink.scattering_per_mm / 50"', difference)))
+    changed = tied.replace({"ink.scattering_per_mm": 20, "ink.thickness_um": 15})
+    assert changed.parameters.values_with({})["ink.absorption_per_mm"] == 5
+
+
 def test_bad_values_are_refused(sample, refused):
     with refused("ink.thickness_m", "ink.thickness_um"):
         sample.replace({"ink.thickness_m": 6e-5})

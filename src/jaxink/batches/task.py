@@ -102,8 +102,7 @@ def _with_values(sample: Sample, listed: ListedMeasurement) -> Sample:
                 f"{listed.name}: {name} is {value:g}{known.unit and ' ' + known.unit} in the table of "
                 f"measurements; it must lie between {known.minimum:g} and {known.maximum:g}."
             )
-        parameters = parameters.replace(name, value=value)
-    return dataclasses.replace(sample, parameters=parameters)
+    return dataclasses.replace(sample, parameters=parameters.at(listed.values))
 
 
 def _sample_digest(listed: ListedMeasurement, plan: "Plan") -> str:

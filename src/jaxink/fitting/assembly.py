@@ -172,10 +172,7 @@ def assemble(
 
 def _with_values(sample: Sample, objective: Objective, best: Search) -> Sample:
     """The sample with the fitted values."""
-    table = sample.parameters
-    for name, value in objective.numbers(best.unit).items():
-        table = table.replace(name, value=value)
-    return dataclasses.replace(sample, parameters=table)
+    return dataclasses.replace(sample, parameters=sample.parameters.at(objective.numbers(best.unit)))
 
 
 def _fitted_parameters(

@@ -134,9 +134,8 @@ class _Check:
 
     def __init__(self, result: FitResult, progress: Progress, failures: Failures):
         self.result, self.progress, self.failures, self.count = result, progress, failures, 0
-        table = result.sample.parameters
-        for parameter in result.parameters.free:
-            table = table.replace(parameter.name, value=parameter.start)
+        starts = {parameter.name: parameter.start for parameter in result.parameters.free}
+        table = result.sample.parameters.at(starts)
         self.sample = dataclasses.replace(result.sample, parameters=table)
         self.before = result.verdict.reduced_chi_square or 0.0
         self.config = self._config()

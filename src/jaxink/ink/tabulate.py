@@ -119,12 +119,12 @@ def ink_table(
     sample, wavelengths = _sample_and_wavelengths(source, wavelengths_nm)
     if values:
         table = sample.parameters
-        for name, value in values.items():
+        for name in values:
             if name in table and table[name].tie is not None:
                 raise InputRefusedError(
                     f"{name} is tied to '{table[name].tie}'; set the parameters in this expression instead."
                 )
-            table = table.replace(name, value=value)
+        table = table.at(values)
         table.require_ranges()
         sample = dataclasses.replace(sample, parameters=table)
     ink = find_ink(sample, layers, options.inside, options.index_inside, options.index_outside)

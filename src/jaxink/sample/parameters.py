@@ -262,6 +262,18 @@ class ParameterTable(NamedRows[Parameter]):
         except InputRefusedError:
             return table(ones=False)
 
+    def at(self, values: Mapping[str, float]) -> "ParameterTable":
+        """Table with other values of some parameters, whatever their ranges."""
+        for name in values:
+            if name not in self._by_name:
+                raise InputRefusedError(f"parameter {name}, {unknown_key(name, self)}")
+        return ParameterTable(
+            [
+                dataclasses.replace(p, value=values[p.name]) if p.name in values else p
+                for p in self._by_name.values()
+            ]
+        )
+
     def replace(self, name: str, **changes: Any) -> "ParameterTable":
         """Table with some fields of one `Parameter` replaced."""
         if name not in self._by_name:

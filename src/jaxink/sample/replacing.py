@@ -50,8 +50,7 @@ def with_values(table: ParameterTable, values: Mapping[str, float]) -> Parameter
                 f"{name} = {value:g} is out of its range; it must be between {parameter.minimum:g} and "
                 f"{parameter.maximum:g}{' ' if parameter.unit else ''}{parameter.unit}."
             )
-        table = table.replace(name, value=float(value))
-    return table
+    return table.at({name: float(value) for name, value in values.items()})
 
 
 def assigned(table: ParameterTable, texts: list[str]) -> dict[str, float]:
