@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from jaxink.measurement import Readings, Spheres
+from jaxink.model.forward import ForwardModel
 from jaxink.model.readings import ReadingsModel
 from jaxink.optics.directions import Directions
 from jaxink.sample import parse_sample
@@ -229,14 +230,26 @@ def test_one_stack_is_solved_at_each_wavelength():
     np.testing.assert_allclose(model.bsdf(), alone.bsdf(), rtol=1e-12)
 
 
-def test_totals_alone_need_one_azimuthal_order():
+def test_totals_need_one_azimuthal_order():
     sample = sample_of()
-    totals, factors = (ReadingsModel(sample, readings(row)) for row in (ALL[0], ("R_45_0", 45, 0)))
+    totals = ReadingsModel(sample, readings(ALL[0]))
     assert totals.config.n_orders == totals.sizes({}).n_orders == 1
-    assert factors.config.n_orders > 1
-    assert dataclasses.replace(factors.config, n_orders=1) == totals.config
     finer = ReadingsModel(sample, readings(ALL[0]), CONFIG)
     np.testing.assert_allclose(totals.bsdf(), finer.bsdf(), rtol=1e-4)
+
+
+@pytest.mark.parametrize("faces", ["", 'front_roughness = { density = "ggx", sigma_deg = 12 }\n'])
+@pytest.mark.parametrize("angles_deg", [(45, 0), (0, 45)])
+def test_light_along_the_normal_needs_one_azimuthal_order(faces, angles_deg):
+    ink = PRINTED_INK[PRINTED_INK.index("asymmetry_parameter") : PRINTED_INK.index("[noise]")]
+    sample = sample_of(PRINTED_INK, ink, ink + faces)
+    factor = ReadingsModel(sample, readings(("R_45_0", 45, 0)), CONFIG)
+    assert factor.config == dataclasses.replace(CONFIG, n_orders=1)
+    theta_i, theta_o = np.array(angles_deg, float)[:, None]
+    wave, behind = np.array([550.0]), np.array([False])
+    all_orders = ForwardModel(sample, theta_i, theta_o, np.array([180.0]), wave, behind, CONFIG)
+    assert all_orders.config.n_orders > 1
+    np.testing.assert_allclose(factor.bsdf(), np.pi * all_orders.bsdf(), rtol=1e-12)
 
 
 @pytest.mark.parametrize(

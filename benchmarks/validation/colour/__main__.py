@@ -12,8 +12,13 @@ from benchmarks.validation.colour.coverage import RESULTS as COVERAGE
 from benchmarks.validation.colour.named import CASES
 from benchmarks.validation.colour.named import RESULTS as NAMED
 from benchmarks.validation.colour.outside import RESULTS as OUTSIDE
+from benchmarks.validation.colour.paints import FLOOR as PAINTS_FLOOR
+from benchmarks.validation.colour.paints import RELATIVE as PAINTS_RELATIVE
+from benchmarks.validation.colour.paints import RESULTS as PAINTS
 from benchmarks.validation.colour.pigments import RESULTS as PIGMENTS
 from benchmarks.validation.colour.pigments_montecarlo import RESULTS as PIGMENTS_MONTECARLO
+from benchmarks.validation.colour.prints import FLOOR, RELATIVE
+from benchmarks.validation.colour.prints import RESULTS as PRINTS
 from jaxink.numerics.digits import with_uncertainty
 
 # Not by `page_path`: the manual has a page of that name.
@@ -60,6 +65,44 @@ wrong pigment is a mistake in the input, found by one refit for each material th
 wavelengths.
 
 {rows}
+"""
+_PRINTS = """
+## Real prints, mixed from five inks
+
+`python -m benchmarks.validation.colour.prints`: spectra at 45:0 of 35 opaque prints of cyan, magenta,
+yellow, black and white inks in steps of 25 % (the repository YanniZhangYZ/gaussian-fabrication on GitHub;
+the measurements are not copied here). The inks are fitted to the five pure prints and the mixtures of two
+with 75 % of one, all {wavelengths} wavelengths together: one [project](../manual/projects.md) of {fitted}
+prints, [mixed](../manual/sample-file.md#mixed-inks) from inks with {parameters} free parameters, in
+{seconds} s. The ten prints of two halves are predicted. Nobody states the noise: {relative:g} % of the
+reading and {floor:g} are taken, and the reduced chi-square is {reduced:.2f}. CIEDE2000 is for D65 and 2
+degrees. For comparison, the two constants of Kubelka and Munk of each ink, fitted to the same readings with
+the same weights and Saunderson's correction:
+
+{rows}
+
+The asymmetry parameter that all inks share is {asymmetry:.2f}, at its lower bound: dark prints are brighter
+at 45:0 than particles that scatter forwards would make them, as a face that is not smooth also would.
+Opaque prints at one geometry cannot tell which. Both ways add the coefficients of the inks, and predict
+alike.
+"""
+_PAINTS = """
+## Real paints over cards
+
+`python -m benchmarks.validation.colour.paints`: reconstructed oil paints over a black and a white card
+(Geldof et al. 2018, Heritage Science 6:17; the repository fligt/revigo-spectra on GitHub; not copied here),
+eight pigments at {wavelengths} wavelengths, 8:di. The fit has the films of the pure pigments, of their
+tints with zinc white, and of zinc white with bone black, {parameters} free coefficients, in {seconds} s;
+their shades with bone black are predicted over both cards, with no free number. Nobody states the thickness
+of the films; all are taken to be equal. The noise is taken as {relative:g} % and {floor:g}, the distance of
+two films of a pair, with which the reduced chi-square is {reduced:.2f}. For comparison, films of Kubelka
+and Munk on the same cards:
+
+{rows}
+
+Both ways leave the same errors, so that these are not those of the transport of light but of what both take
+for granted: equal thicknesses, coefficients in proportion to the mass of a pigment, whatever else is in the
+film, and one smooth face on all films (some reflect less than a smooth face of oil does).
 """
 
 
@@ -229,11 +272,63 @@ def named(kept: dict | None) -> str:
     return _NAMED.format(rows=table(heads, rows)) if rows else ""
 
 
+def both_ways(kept: dict, what: str) -> str:
+    """Errors of predicted spectra and of their colours, beside those of two constants."""
+    heads = [what, "number", "by", "rms of R", "relative rms, %", "CIEDE2000, mean (largest)"]
+    rows = [
+        [
+            kind,
+            str(one["spectra"]),
+            by,
+            f"{one['rms']:.4f}",
+            f"{100 * one['relative_rms']:.1f}",
+            f"{one['ciede2000_mean']:.2f} ({one['ciede2000_largest']:.1f})",
+        ]
+        for kind in kept["jaxink"]
+        for by in ("jaxink", "two constants")
+        if (one := kept[by][kind])
+    ]
+    return table(heads, rows)
+
+
+def prints(kept: dict | None) -> str:
+    """The section on real prints."""
+    if kept is None:
+        return ""
+    return _PRINTS.format(
+        wavelengths=kept["wavelengths"],
+        fitted=next(iter(kept["jaxink"].values()))["spectra"],
+        parameters=kept["parameters"],
+        seconds=f"{kept['seconds']:.0f}",
+        relative=100 * RELATIVE,
+        floor=FLOOR,
+        reduced=kept["reduced_chi_square"],
+        rows=both_ways(kept, "prints"),
+        asymmetry=kept["asymmetry"],
+    )
+
+
+def paints(kept: dict | None) -> str:
+    """The section on real paints."""
+    if kept is None:
+        return ""
+    return _PAINTS.format(
+        wavelengths=kept["wavelengths"],
+        parameters=kept["parameters"],
+        seconds=f"{kept['seconds']:.0f}",
+        relative=100 * PAINTS_RELATIVE,
+        floor=PAINTS_FLOOR,
+        reduced=kept["reduced_chi_square"],
+        rows=both_ways(kept, "films"),
+    )
+
+
 def missing(kept: dict, kept_outside: dict, kept_pigments: dict | None, kept_named: dict | None) -> str:
     """What was asked for and is not here."""
     lines = [
         "The coverage of the error bars of free fits.",
-        "Real prints and paints, several thicknesses or cards of which are predicted.",
+        "Real prints or paints of which another thickness is predicted.",
+        "Scattering coefficients of the sintered PTFE: an opaque sample tells its albedo, not lengths.",
     ]
     lines += [f"The diagnosis of: {name}." for name in CASES if name not in (kept_named or {})]
     done = set() if kept_pigments is None else set(kept_pigments["ways"])
@@ -276,7 +371,7 @@ def main() -> None:
             outside_error=relative,
             outside=outside(other),
             pigments=pigments(two) + pigments_simulated(read(PIGMENTS_MONTECARLO)),
-            named=named(causes),
+            named=named(causes) + prints(read(PRINTS)) + paints(read(PAINTS)),
             missing=missing(one, other, two, causes),
         ).rstrip()
         + "\n",

@@ -103,9 +103,7 @@ class Geometries(eqx.Module):
         Sines of the angles of incidence of totals and regular light, and of the views of diffuse light from
         the other side.
     directions
-        Pairs of directions of reflectance factors.
-    has_pairs
-        Whether any reading is one of a pair.
+        Pairs of directions of reflectance factors, one of which is the normal.
     wavelength_of_reading
         Position of the wavelength of each reading.
     place_of_reading
@@ -116,7 +114,6 @@ class Geometries(eqx.Module):
     sin_incidence: Float[np.ndarray, " incidences"]
     sin_view: Float[np.ndarray, " views"]
     directions: Directions
-    has_pairs: bool = eqx.field(static=True)
     wavelength_of_reading: Int[np.ndarray, " readings"]
     place_of_reading: Int[np.ndarray, " readings"]
 
@@ -171,8 +168,8 @@ class ReadingsModel(SampleModel):
         self.rough_tables = rough_tables(self.builder, self.plan, self.config)
 
     def _with_orders(self, config: SolverConfig) -> SolverConfig:
-        """Totals need no azimuthal order but the first."""
-        return config if self.geometries.has_pairs else dataclasses.replace(config, n_orders=1)
+        """Totals need no azimuthal order but the first, and along the normal all others vanish."""
+        return dataclasses.replace(config, n_orders=1)
 
     @property
     def wavelength_of_point_nm(self) -> Float[np.ndarray, " readings"]:
@@ -263,7 +260,6 @@ def _geometries(readings: Readings, wavelength_of_reading: Int[np.ndarray, " rea
         np.sin(np.deg2rad(incidences)),
         np.sin(np.deg2rad(views)),
         Directions.from_degrees(theta_i, theta_o, phi, np.zeros(len(phi), bool)),
-        bool(paired.any()),
         wavelength_of_reading,
         place,
     )
