@@ -1,5 +1,7 @@
 """Totals over black and white and collimated light, alone and beside a BSDF."""
 
+import inspect
+
 import numpy as np
 import pytest
 from typer.testing import CliRunner
@@ -8,6 +10,7 @@ import jaxink
 from jaxink.cli.app import app
 from jaxink.errors import InputRefusedError
 from jaxink.fitting import ReadingsResult
+from jaxink.fitting.inputs import read_inputs
 from jaxink.measurement import Readings
 from jaxink.model.forward import evaluate
 from jaxink.model.readings import ReadingsModel
@@ -125,6 +128,31 @@ def test_bad_readings_are_refused(changes, named, folder, told):
     with pytest.raises(InputRefusedError) as refused:
         jaxink.fit(project_of(edited(THREE, changes), folder))
     told(str(refused.value), *named)
+
+
+def test_readings_are_predicted_without_a_fit_and_without_a_free_parameter(folder, fitted, tmp_path):
+    sample = fitted.of("over_white").sample
+    data = fitted.of("over_white").data
+    expected = evaluate(ReadingsModel(sample, data))
+    np.testing.assert_allclose(jaxink.predict(sample, data), expected, rtol=1e-12)
+    fixed = SAMPLE.replace("free = true, ", "")
+    (tmp_path / "ink.toml").write_text(fixed)
+    (tmp_path / "collimated.csv").write_text((folder / "collimated.csv").read_text())
+    project = tmp_path / "project.toml"
+    project.write_text(THREE[: THREE.index("[[")] + THREE[THREE.rindex("[[") :])
+    done = CliRunner().invoke(app, ["predict", str(project), "--out", str(tmp_path / "out")])
+    assert done.exit_code == 0, done.stderr
+    at = jaxink.read_readings(folder / "collimated.csv")
+    (value,) = jaxink.read_readings(tmp_path / "out" / "collimated.csv").value
+    assert value == pytest.approx(jaxink.predict(jaxink.parse_sample(fixed), at)[0], rel=1e-9)
+
+
+def test_readings_are_fitted_in_a_project(fitted, told):
+    one = fitted.of("over_white")
+    with pytest.raises(InputRefusedError) as refused:
+        # Without the check of types, which users do not have.
+        inspect.unwrap(read_inputs)(one.data, one.sample)
+    told(str(refused.value), "readings", "project")
 
 
 def test_readings_of_a_joint_fit_are_predicted_and_their_ink_is_exported(fitted, tmp_path):

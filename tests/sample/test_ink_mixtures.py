@@ -41,16 +41,19 @@ BY_HAND = edited(
         "absorption_per_mm = { per_wavelength = true, value = [0.3, 1.05, 10.05] }",
     ),
 )
-OPAQUE = edited(TEXT, ("thickness_um = 40", 'thickness_um = "opaque"'))
+OPAQUE = edited(TEXT, ("thickness_um = 40", 'thickness_um = "opaque"', "white = 0.5 }", "white = 0.75 }"))
 OPAQUE_BY_HAND = edited(
     BY_HAND,
     (
         *("thickness_um = 40", 'thickness_um = "opaque"'),
         BY_HAND[BY_HAND.index("scattering_per_mm") :],
         "single_scattering_albedo = { per_wavelength = true, "
-        f"value = [{107.5 / 107.8!r}, {105 / 106.05!r}, {102.5 / 112.55!r}] }}\n",
+        f"value = [{157.5 / 157.825!r}, {155 / 156.075!r}, {152.5 / 162.575!r}] }}\n",
     ),
 )
+MIXTURE = "cyan = 0.25, white = 0.75"
+FREE_ASYMMETRY = "{ free = true, value = 0.4, min = 0, max = 0.9 }"
+FREE = "{ free = true, min = 1, max = 9 }"
 LAW = '{ law = "power", at_reference = 200, reference_nm = 550, exponent = 1 }'
 
 
@@ -184,6 +187,49 @@ def test_a_wrong_mixture_is_refused(changes, words, told):
     with pytest.raises(InputRefusedError) as refused:
         jaxink.parse_sample(edited(TEXT, changes))
     told(str(refused.value), *words)
+
+
+@pytest.mark.parametrize(
+    ("shares", "words"),
+    [
+        ("cyan = 0.25", ("0.25", "missing")),
+        ("cyan = { free = true, min = 0, max = 1 }, white = 0.4", ("0.9", "tie")),
+    ],
+)
+def test_shares_of_an_opaque_layer_that_are_not_all_are_refused(shares, words, told):
+    with pytest.raises(InputRefusedError) as refused:
+        jaxink.parse_sample(edited(OPAQUE, (MIXTURE, shares)))
+    told(str(refused.value), "opaque", *words)
+
+
+def test_the_share_of_an_opaque_layer_may_follow_from_another():
+    shares = (
+        'cyan = { free = true, value = 0.25, min = 0, max = 1 }, white = { tie = "1 - print.mixture.cyan" }'
+    )
+    tied = jaxink.parse_sample(edited(OPAQUE, (MIXTURE, shares)))
+    np.testing.assert_allclose(reflectances(tied), reflectances(jaxink.parse_sample(OPAQUE)), rtol=1e-4)
+
+
+def test_an_ink_that_no_layer_has_is_refused(told, tmp_path):
+    unused = edited(
+        TEXT, ("[[layers]]", "[inks.magenta]\nscattering_per_mm = 1\nabsorption_per_mm = 1\n[[layers]]")
+    )
+    with pytest.raises(InputRefusedError) as refused:
+        jaxink.parse_sample(unused)
+    told(str(refused.value), "[inks.magenta]", "mixture")
+    unused = edited(unused, ("asymmetry_parameter = 0.4", f"asymmetry_parameter = {FREE_ASYMMETRY}"))
+    (tmp_path / "ink.toml").write_text(unused)
+    (tmp_path / "a.csv").write_text("quantity,value,sigma,wavelength_nm,phi_deg\nR_45_0,0.5,0.01,550,180\n")
+    project = 'schema_version = 1\nsample = "ink.toml"\n[[measurements]]\nname = "a"\nreadings = "a.csv"\n'
+    with pytest.raises(InputRefusedError, match="inks.magenta"):
+        parse_project(project, folder=tmp_path)
+    # One measurement has it: the others are not told of it.
+    other = '[[measurements]]\nname = "b"\nreadings = "a.csv"\nchanges.print.mixture = { magenta = 1 }\n'
+    free = edited(
+        unused, ("[inks.magenta]\nscattering_per_mm = 1\n", f"[inks.magenta]\nscattering_per_mm = {FREE}\n")
+    )
+    (tmp_path / "ink.toml").write_text(free)
+    assert parse_project(project + other, folder=tmp_path).measured_in("magenta.scattering_per_mm") == ("b",)
 
 
 def test_a_mixture_without_inks_is_refused(told):

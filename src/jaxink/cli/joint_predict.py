@@ -94,10 +94,7 @@ def _write_readings(
     data: Readings, sample: Sample, config: SolverConfig | None, accuracy: float | None, file: Path
 ) -> None:
     """Write the readings with their predicted values beside the measured ones."""
-    from jaxink.effects import readings_model
-    from jaxink.model import evaluate
-
-    predicted = evaluate(readings_model(sample, data, config, accuracy or DEFAULT_ACCURACY))
+    predicted = jaxink.predict(sample, data, config, accuracy or DEFAULT_ACCURACY)
     columns = {
         "quantity": data.quantity.tolist(),
         "theta_i_deg": data.theta_i_deg.tolist(),

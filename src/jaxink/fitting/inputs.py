@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from jaxink.errors import InputRefusedError, require_kind
-from jaxink.measurement import GonioData, MaskLimits, is_frame, kind_of, read
+from jaxink.measurement import GonioData, MaskLimits, Readings, is_frame, kind_of, read
 from jaxink.numerics.precision import refuse_in_fork
 from jaxink.sample import Sample, load_sample
 
@@ -23,16 +23,35 @@ def read_inputs(
     ForkedProcessError
         In a process forked from one that has run computations.
     """
-    refuse_in_fork()
+    if isinstance(data, Readings):
+        raise InputRefusedError(
+            "data are readings, which are fitted as a measurement of a project; write a project file that "
+            "names them by readings = ..., and hand over what jaxink.load_project makes of it."
+        )
     if is_frame(data):
         raise InputRefusedError(
             f"data is a {kind_of(data)}; hand over what jaxink.read makes of it, such as jaxink.read(df)."
         )
     require_kind("data", data, GonioData, str, Path, list, tuple)
+    sample = read_sample(sample)
+    return data if isinstance(data, GonioData) else read(data), sample
+
+
+def read_sample(sample: Sample | str | Path) -> Sample:
+    """Load a sample, unless it is loaded already.
+
+    Raises
+    ------
+    InputRefusedError
+        As for `read_inputs`.
+    ForkedProcessError
+        In a process forked from one that has run computations.
+    """
+    refuse_in_fork()
     require_kind("sample", sample, Sample, str, Path)
     sample = sample if isinstance(sample, Sample) else load_sample(sample)
     sample.parameters.require_ranges()
-    return data if isinstance(data, GonioData) else read(data), sample
+    return sample
 
 
 def prepare_data(data: GonioData, sample: Sample) -> GonioData:

@@ -92,6 +92,11 @@ def fit_project(project: Project, options: FitOptions, progress: Progress) -> Jo
 def _prepared(project: Project) -> Project:
     measurements = []
     for one in project.measurements:
+        if not one.sample.parameters.free:
+            raise InputRefusedError(
+                f"measurement '{one.name}': no parameter of its sample is free, so it cannot take part "
+                "in a fit; remove it, or use predict."
+            )
         one.sample.parameters.require_ranges()
         try:
             if isinstance(one.data, Readings):

@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from jaxink.effects import forward_model
+from jaxink.effects import forward_model, readings_model
 from jaxink.errors import InputRefusedError, require_kind
-from jaxink.fitting.inputs import read_inputs
-from jaxink.measurement import GonioData, read
+from jaxink.fitting.inputs import read_inputs, read_sample
+from jaxink.measurement import GonioData, Readings, read
 from jaxink.model import evaluate, wavelengths_without_values
 from jaxink.sample import Sample, load_sample
 from jaxink.solver import DEFAULT_ACCURACY, SolverConfig
@@ -17,11 +17,11 @@ from jaxink.solver import DEFAULT_ACCURACY, SolverConfig
 
 def predict(
     sample: Sample | str | Path,
-    data: GonioData | str | Path | Sequence[str | Path],
+    data: GonioData | Readings | str | Path | Sequence[str | Path],
     config: SolverConfig | None = None,
     accuracy: float = DEFAULT_ACCURACY,
 ) -> np.ndarray:
-    """Predict the BSDF of a sample, without a fit, at every point of a measurement.
+    """Predict the BSDF or the readings of a sample, without a fit, at every point of a measurement.
 
     Masks and the wavelengths that the sample lists only apply to fits; a prediction includes every point.
     `jaxink.fitting.marked` applies the masks of the sample while keeping all points.
@@ -31,8 +31,8 @@ def predict(
     sample
         Sample, or its file.
     data
-        Measurement, or its file; only its directions, sides and wavelengths are used, and a table may lack
-        the column ``bsdf_per_sr``.
+        Measurement of a BSDF, or its file; only its directions, sides and wavelengths are used, and a table
+        may lack the column ``bsdf_per_sr``. Or readings, of which the values are not used either.
     config
         Resolution of the solver; None for that of the accuracy.
     accuracy
@@ -41,7 +41,8 @@ def predict(
     Returns
     -------
     np.ndarray
-        1/sr, shape ``(points,)``, in the order of the measurement; NaN at the wavelengths of `unknown_nm`.
+        Shape ``(points,)``, in the order of the measurement: a BSDF in 1/sr, NaN at the wavelengths of
+        `unknown_nm`; or readings as `Readings` has them.
 
     Raises
     ------
@@ -50,6 +51,8 @@ def predict(
     """
     if isinstance(data, str | Path | list | tuple):
         data = read(data, needs_values=False)
+    if isinstance(data, Readings):
+        return evaluate(readings_model(read_sample(sample), data, config, accuracy))
     data, sample = read_inputs(data, sample)
     known = ~np.isin(data.wavelength_nm, unknown_nm(sample, data))
     if known.all() or not known.any():

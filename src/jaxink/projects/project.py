@@ -56,11 +56,6 @@ class Measurement(Presented):
             raise InputRefusedError(
                 f"measurement '{self.name}' does not say what {missing[0]} is named in the project."
             )
-        if not self.sample.parameters.free:
-            raise InputRefusedError(
-                f"measurement '{self.name}': no parameter of its sample is free, so it cannot take part "
-                "in a fit; remove it, or use predict."
-            )
 
     @property
     def n_points(self) -> int:

@@ -20,6 +20,7 @@ from jaxink.sample import (
     layer_tables,
     only,
     opposite_medium,
+    require_no_unused,
     sample_of_document,
     table_of,
     text_of,
@@ -115,6 +116,7 @@ def _project(document: dict[str, Any], folder: Path, effects: Collection[Any]) -
             with _named_in_messages(_called(part.table, i)):
                 measurements.append(_measurement(part, common, shared, (folder, home), effects))
         parts += divided
+    require_no_unused(table_of(common, "inks"), (one.sample for one in measurements))
     for kind, key in _SHARED.items():
         unused = set(shared[kind]) - {part.table.get(key) for part in parts}
         if unused:

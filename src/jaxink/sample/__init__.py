@@ -18,7 +18,7 @@ from jaxink.sample.draft import (
 from jaxink.sample.effect_schema import EFFECTS, defaults_of, terms_of
 from jaxink.sample.entries import bounded, choice, missing, only, table_of, true_or_false
 from jaxink.sample.heights import read_map
-from jaxink.sample.ink_mixtures import MIXED
+from jaxink.sample.ink_mixtures import MIXED, require_no_unused
 from jaxink.sample.layer_reading import layer_tables
 from jaxink.sample.measurement_schema import TOP, WAVELENGTH_NM
 from jaxink.sample.parameters import Parameter, ParameterTable, Prior, Smoothness
@@ -90,6 +90,7 @@ __all__ = [
     "parse_sample",
     "quoted",
     "read_map",
+    "require_no_unused",
     "sample_from_dict",
     "sample_of_document",
     "sample_text",

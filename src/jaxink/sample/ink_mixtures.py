@@ -1,9 +1,11 @@
 """Inks by name, and layers that are mixed from them."""
 
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from jaxink.errors import InputRefusedError
 from jaxink.sample import schema
+from jaxink.sample.description import Layer, Sample
 from jaxink.sample.entries import only, table_of
 from jaxink.sample.hints import unknown_key
 from jaxink.sample.parameter_reading import ParameterReader
@@ -21,18 +23,20 @@ _ROUNDING = 1e-3
 def read_inks(
     document: dict[str, Any], layers: list[dict[str, Any]], numbers: ParameterReader
 ) -> tuple[str, ...]:
-    """Names of the inks of a sample file; their coefficients become parameters.
+    """Names of the inks of a sample file; the coefficients of those in a mixture become parameters.
 
     Parameters
     ----------
     document
         The tables of the file.
     layers
-        Tables of the layers, whose names are taken.
+        Tables of the layers, whose names are taken, with their mixtures.
     numbers
         Collects the parameters.
     """
     inks = table_of(document, "inks")
+    mixtures = [layer["mixture"] for layer in layers if isinstance(layer.get("mixture"), dict)]
+    used = {ink for mixture in mixtures for ink in mixture}
     taken = {*_TAKEN, *(str(layer.get("name")) for layer in layers), *table_of(document, "effects")}
     for name, table in inks.items():
         where = f"[inks.{name}]"
@@ -49,7 +53,8 @@ def read_inks(
                 "parameters could not be told apart; choose another name."
             )
         only(table, schema.INKS, where)
-        numbers.read(name, schema.INKS, table)
+        if name in used:
+            numbers.read(name, schema.INKS, table)
     return tuple(inks)
 
 
@@ -95,8 +100,8 @@ def with_mixture(
     for key in (*schema.COEFFICIENTS, *schema.ALBEDO):
         if key in table:
             raise InputRefusedError(f"{where} has both mixture and {key}, which follows from it; remove one.")
+    _check_shares(name, mixture)
     numbers.read(f"{name}.mixture", dict.fromkeys(mixture, schema.SHARE), mixture)
-    _check_sum(where, mixture)
     sums = {
         key: " + ".join(f"{name}.mixture.{ink} * {ink}.{key}" for ink in mixture)
         for key in schema.COEFFICIENTS
@@ -112,10 +117,50 @@ def with_mixture(
     return {key: value for key, value in table.items() if key != "mixture"} | ties, tuple(mixture)
 
 
-def _check_sum(where: str, mixture: dict[str, Any]) -> None:
-    fixed = [share for share in mixture.values() if not isinstance(share, dict)]
-    if sum(fixed) > 1 + _ROUNDING:
+def require_no_unused(declared: Iterable[str], samples: Iterable[Sample]) -> None:
+    """Reject an ink of which no layer is mixed."""
+    used = {ink for sample in samples for ink in sample.inks}
+    for ink in declared:
+        if ink not in used:
+            raise InputRefusedError(
+                f"[inks.{ink}] is in no mixture; add it to that of a layer, such as "
+                f"mixture = {{ {ink} = 0.5 }}, or remove it."
+            )
+
+
+def require_whole(layer: Layer, values: Mapping[str, float]) -> None:
+    """Reject an opaque layer whose shares do not add up to 1: only their ratios would count.
+
+    Parameters
+    ----------
+    layer
+        The layer.
+    values
+        Of the parameters of its sample.
+    """
+    if not (layer.opaque and layer.mixture):
+        return
+    total = sum(values[f"{layer.name}.mixture.{ink}"] for ink in layer.mixture)
+    if abs(total - 1) > _ROUNDING:
+        *others, last = layer.mixture
+        tie = " - ".join(("1", *(f"{layer.name}.mixture.{ink}" for ink in others)))
+        follows = f' One share may follow from the others: {last} = {{ tie = "{tie}" }}.' if others else ""
         raise InputRefusedError(
-            f"{where}: the shares of mixture add up to {sum(fixed):g}; they are parts of the volume, at most "
-            "1 together, so divide per cent by 100. What is left of 1 is clear binder."
+            f"layer '{layer.name}': the shares of mixture add up to {total:g}; clear binder changes nothing "
+            f"in an opaque layer, so they must add up to 1. Is an ink missing?{follows}"
+        )
+
+
+def _check_shares(name: str, mixture: dict[str, Any]) -> None:
+    fixed = {ink: share for ink, share in mixture.items() if type(share) in (int, float)}
+    for ink, share in fixed.items():
+        if share > 1 + _ROUNDING:
+            raise InputRefusedError(
+                f"{name}.mixture.{ink} is {share:g}; it must lie between 0 and 1: shares are parts of the "
+                "volume, so divide per cent by 100."
+            )
+    if sum(fixed.values()) > 1 + _ROUNDING:
+        raise InputRefusedError(
+            f"layer '{name}': the shares of mixture add up to {sum(fixed.values()):g}; they are parts of the "
+            "volume, at most 1 together. What is left of 1 is clear binder."
         )

@@ -14,7 +14,7 @@ from jaxink.sample.declared_effects import own_kinds, read_effects
 from jaxink.sample.description import Backing, Layer, Sample
 from jaxink.sample.document import document_of, text_of
 from jaxink.sample.entries import choice, only, table_of, true_or_false
-from jaxink.sample.ink_mixtures import read_inks
+from jaxink.sample.ink_mixtures import read_inks, require_no_unused, require_whole
 from jaxink.sample.layer_reading import layer_tables, read_layer
 from jaxink.sample.measurement_reading import (
     read_instrument,
@@ -89,7 +89,9 @@ def parse_sample(
     """
     document = document_of(text, source)
     try:
-        return sample_of_document(document, Path(folder or "."), effects)
+        sample = sample_of_document(document, Path(folder or "."), effects)
+        require_no_unused(table_of(document, "inks"), (sample,))
+        return sample
     except InputRefusedError as problem:
         raise InputRefusedError(f"{source}: {problem}") from None
 
@@ -131,6 +133,7 @@ def sample_of_document(document: dict[str, Any], folder: Path, effects: Collecti
     for layer in layers:
         if layer.phase_function == "mie":
             check_volume(layer.name, list(layer.particles), parameters)
+        require_whole(layer, parameters.values_with({}))
     return Sample(
         layers=layers,
         parameters=parameters,
@@ -142,7 +145,7 @@ def sample_of_document(document: dict[str, Any], folder: Path, effects: Collecti
         dispersions=tuple(numbers.dispersions),
         backing=backing,
         effects=effects,
-        inks=inks,
+        inks=tuple(ink for ink in inks if any(ink in layer.mixture for layer in layers)),
         **instrument,
     )
 
