@@ -66,7 +66,11 @@ def test_wrong_options(run, told):
         told(done.stderr, named)
 
 
-def test_a_sample_file_has_no_fitted_colours(saved, run, told):
-    done = CliRunner().invoke(app, ["colour", str(saved / "sample.toml")])
-    assert done.exit_code == 5
-    told(done.stderr, "sample.toml")
+def test_a_sample_file_has_colours_without_errors(saved, run):
+    one = ["--json", "--geometry", "8:di"]
+    done = CliRunner().invoke(app, ["colour", str(saved / "sample.toml"), *one])
+    assert done.exit_code == 0, done.output
+    of_sample, of_fit = (json.loads(text)["colours"][0] for text in (done.stdout, run(*one).stdout))
+    assert of_sample["L"] == pytest.approx(of_fit["L"], rel=1e-6)
+    assert of_sample["standard_errors"] is None
+    assert of_fit["standard_errors"]["L"] > 0

@@ -147,6 +147,12 @@ def test_readings_are_predicted_without_a_fit_and_without_a_free_parameter(folde
     assert value == pytest.approx(jaxink.predict(jaxink.parse_sample(fixed), at)[0], rel=1e-9)
 
 
+def test_readings_of_one_wavelength_have_no_colour(fitted, told):
+    with pytest.raises(InputRefusedError) as refused:
+        fitted.of("over_white").colour()
+    told(str(refused.value), "550 nm", "wavelengths")
+
+
 def test_readings_are_fitted_in_a_project(fitted, told):
     one = fitted.of("over_white")
     with pytest.raises(InputRefusedError) as refused:

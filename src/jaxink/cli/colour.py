@@ -57,12 +57,12 @@ def run_colour(
     options: ArrangementOptions,
     output: str,
 ) -> ExitCode:
-    """Print the colours of a fit.
+    """Print the colours of a fit, or of a sample as its file states it.
 
     Parameters
     ----------
     source
-        Folder of the fit.
+        Folder of the fit, or a sample file.
     geometries
         See `jaxink.colour.Geometry`; empty: the usual ones.
     illuminant
@@ -74,18 +74,19 @@ def run_colour(
     output
         ``tables``, ``json`` or ``quiet``.
     """
-    from jaxink.colour import GEOMETRIES, Geometry
+    from jaxink.colour import GEOMETRIES, NO_ERRORS_OF_SAMPLE, Geometry, fitted_colours, wavelengths_of
 
     chosen = [Geometry.of(one) for one in geometries or GEOMETRIES]
     arrangement = options.arrangement()
     light = _illuminant(illuminant)
     session.prepare_jax()
+    seen = chosen, light, observer_deg, arrangement
     if is_described(source):
-        raise InputRefusedError(
-            f"{source}: is a sample file; the colours that jaxink colour prints are those of a fit of a BSDF."
-        )
-    result = jaxink.load_result(source)
-    found = result.colour(chosen, light, observer_deg, arrangement)
+        # That of readings, too, of a joint fit.
+        sample = jaxink.load_sample(source)
+        found = fitted_colours(sample, wavelengths_of(sample), None, NO_ERRORS_OF_SAMPLE, *seen)
+    else:
+        found = jaxink.load_result(source).colour(*seen)
     if output == "json":
         typer.echo(json_text(found.to_dict()))
     elif output == "tables":

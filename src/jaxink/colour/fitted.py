@@ -71,6 +71,10 @@ def arranged_covariance(arrangement: Arrangement, sample: Sample, known: Known) 
     return Known(tuple(n for n in names if n is not None), known.matrix[np.ix_(keep, keep)])
 
 
+# Of colours without a fit of their own.
+NO_ERRORS_OF_SAMPLE = "No standard errors: a sample by itself has no covariance"
+
+
 def fitted_colours(
     sample: Sample,
     wavelength_nm: Sequence[float],

@@ -3,12 +3,23 @@
 import dataclasses
 import hashlib
 import json
+from collections.abc import Sequence
 from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
 from jaxtyping import Float
 
+from jaxink.colour import (
+    GEOMETRIES,
+    NO_ERRORS_OF_SAMPLE,
+    Arrangement,
+    FittedColours,
+    Geometry,
+    Illuminant,
+    fitted_colours,
+    wavelengths_of,
+)
 from jaxink.display.card import Card, CardTable, Presented
 from jaxink.effects import readings_model
 from jaxink.files.encoding import SavedInFolder, plain
@@ -117,6 +128,18 @@ class ReadingsResult(SavedInFolder, Presented):
             What to predict; None for the fitted readings.
         """
         return evaluate(readings_model(self.sample, self.data if readings is None else readings, self.config))
+
+    def colour(
+        self,
+        geometries: Sequence[str | Geometry] = GEOMETRIES,
+        illuminant: str | Illuminant = "D65",
+        observer_deg: int = 2,
+        arrangement: Arrangement | None = None,
+    ) -> FittedColours:
+        """CIE colours of the fitted ink, without standard errors; see `jaxink.colour.fitted_colours`."""
+        wave = wavelengths_of(self.sample, np.unique(self.data.wavelength_nm).tolist())
+        seen = geometries, illuminant, observer_deg, arrangement
+        return fitted_colours(self.sample, wave, None, NO_ERRORS_OF_SAMPLE, *seen)
 
     def table(self) -> CardTable:
         """Each reading: measured, fitted, and the difference in standard deviations."""
