@@ -103,7 +103,9 @@ class Geometries(eqx.Module):
         Sines of the angles of incidence of totals and regular light, and of the views of diffuse light from
         the other side.
     directions
-        Pairs of directions of reflectance factors, one of which is the normal.
+        Pairs of directions of reflectance factors.
+    has_azimuth
+        Whether the azimuth counts for any pair: not where one of its directions is the normal.
     wavelength_of_reading
         Position of the wavelength of each reading.
     place_of_reading
@@ -114,6 +116,7 @@ class Geometries(eqx.Module):
     sin_incidence: Float[np.ndarray, " incidences"]
     sin_view: Float[np.ndarray, " views"]
     directions: Directions
+    has_azimuth: bool = eqx.field(static=True)
     wavelength_of_reading: Int[np.ndarray, " readings"]
     place_of_reading: Int[np.ndarray, " readings"]
 
@@ -169,7 +172,7 @@ class ReadingsModel(SampleModel):
 
     def _with_orders(self, config: SolverConfig) -> SolverConfig:
         """Totals need no azimuthal order but the first, and along the normal all others vanish."""
-        return dataclasses.replace(config, n_orders=1)
+        return config if self.geometries.has_azimuth else dataclasses.replace(config, n_orders=1)
 
     @property
     def wavelength_of_point_nm(self) -> Float[np.ndarray, " readings"]:
@@ -260,6 +263,7 @@ def _geometries(readings: Readings, wavelength_of_reading: Int[np.ndarray, " rea
         np.sin(np.deg2rad(incidences)),
         np.sin(np.deg2rad(views)),
         Directions.from_degrees(theta_i, theta_o, phi, np.zeros(len(phi), bool)),
+        bool(((theta_i > 0) & (theta_o > 0)).any()),
         wavelength_of_reading,
         place,
     )
