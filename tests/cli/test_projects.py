@@ -170,6 +170,13 @@ def test_a_prediction_of_a_joint_fit_is_refused(run, saved, monkeypatch, tmp_pat
     told(done.stderr, *named)
 
 
+def test_a_value_of_a_project_is_set_in_its_file(run, project_folder, tmp_path, told):  # noqa: F811
+    file = project_folder / "project.toml"
+    done = run("predict", file, "--out", tmp_path / "all", "--set", "ink.thickness_um=9")
+    assert done.exit_code == 5
+    told(done.stderr, "--set", "changes")
+
+
 def test_a_plain_fit_has_no_measurement_to_choose(run, saved, tmp_path, told):
     done = run("predict", saved / "measurements" / "thin", "--out", tmp_path / "a.csv", "--measurement", "b")
     assert done.exit_code == 5

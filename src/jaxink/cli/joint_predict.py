@@ -39,9 +39,15 @@ def run_joint_predict(
     accuracy, settings, quiet
         As for `run_predict`; there may be no settings.
     """
+    is_project = is_described(source)
     if settings:
+        remedy = (
+            "write it in the project file, among the changes of the measurement"
+            if is_project
+            else "add --measurement NAME"
+        )
         raise InputRefusedError(
-            f"--set {settings[0]}: a value is set in the sample of one measurement; add --measurement NAME."
+            f"--set {settings[0]}: a value is set in the sample of one measurement; {remedy}."
         )
     if out.suffix in (".csv", ".nc"):
         raise InputRefusedError(
@@ -49,7 +55,6 @@ def run_joint_predict(
             "give a folder, or add --measurement NAME."
         )
     require_folder(out)
-    is_project = is_described(source)
     wanted = _of_project(source) if is_project else _of_result(source, accuracy)
     with whole_folder(out) as folder:
         for name, (data, sample, config) in wanted.items():
