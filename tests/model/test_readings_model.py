@@ -238,8 +238,10 @@ def test_totals_need_one_azimuthal_order():
     np.testing.assert_allclose(totals.bsdf(), finer.bsdf(), rtol=1e-4)
 
 
-@pytest.mark.parametrize("faces", ["", 'front_roughness = { density = "ggx", sigma_deg = 12 }\n'])
-@pytest.mark.parametrize("angles_deg", [(45, 0), (0, 45), (45, 10)])
+ROUGH = 'front_roughness = { density = "ggx", sigma_deg = 12 }\n'
+
+
+@pytest.mark.parametrize(("faces", "angles_deg"), [("", (45, 0)), (ROUGH, (0, 45)), ("", (45, 10))])
 def test_only_light_along_the_normal_needs_one_azimuthal_order(faces, angles_deg):
     ink = PRINTED_INK[PRINTED_INK.index("asymmetry_parameter") : PRINTED_INK.index("[noise]")]
     sample = sample_of(PRINTED_INK, ink, ink + faces)
