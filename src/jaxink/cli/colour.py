@@ -74,7 +74,7 @@ def run_colour(
     output
         ``tables``, ``json`` or ``quiet``.
     """
-    from jaxink.colour import GEOMETRIES, NO_ERRORS_OF_SAMPLE, Geometry, fitted_colours, wavelengths_of
+    from jaxink.colour import GEOMETRIES, Geometry, colours_of_sample
 
     chosen = [Geometry.of(one) for one in geometries or GEOMETRIES]
     arrangement = options.arrangement()
@@ -83,8 +83,7 @@ def run_colour(
     seen = chosen, light, observer_deg, arrangement
     if is_described(source):
         # That of readings, too, of a joint fit.
-        sample = jaxink.load_sample(source)
-        found = fitted_colours(sample, wavelengths_of(sample), None, NO_ERRORS_OF_SAMPLE, *seen)
+        found = colours_of_sample(jaxink.load_sample(source), *seen)
     else:
         found = jaxink.load_result(source).colour(*seen)
     if output == "json":

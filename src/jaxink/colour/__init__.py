@@ -4,7 +4,7 @@ from jaxink.colour.arrangement import Arrangement
 from jaxink.colour.at_points import ColoursAtPoints, colours_at_points
 from jaxink.colour.cie import difference, display_code, illuminant_spectrum, matching_functions
 from jaxink.colour.coordinates import Colour
-from jaxink.colour.fitted import NO_ERRORS_OF_SAMPLE, FittedColours, fitted_colours
+from jaxink.colour.fitted import FittedColours, colours_of_sample, fitted_colours
 from jaxink.colour.geometry import Geometry
 from jaxink.colour.hiding import HIDING, Drawdown, drawdown
 from jaxink.colour.kubelka_munk import TwoFlux, two_flux, two_flux_errors
@@ -21,7 +21,6 @@ __all__ = [
     "GEOMETRIES",
     "Geometry",
     "HIDING",
-    "NO_ERRORS_OF_SAMPLE",
     "Illuminant",
     "Known",
     "SampleSpectra",
@@ -29,6 +28,7 @@ __all__ = [
     "Viewing",
     "colours_at_points",
     "colours_if_any",
+    "colours_of_sample",
     "difference",
     "display_code",
     "drawdown",

@@ -10,7 +10,7 @@ from jaxink.colour.arrangement import Arrangement, arranged_names, thickness_nam
 from jaxink.colour.at_points import ColoursAtPoints
 from jaxink.colour.coordinates import HEADS, Colour
 from jaxink.colour.geometry import Geometry
-from jaxink.colour.of_sample import GEOMETRIES, Known, SampleSpectra
+from jaxink.colour.of_sample import GEOMETRIES, Known, SampleSpectra, wavelengths_of
 from jaxink.colour.viewing import Illuminant
 from jaxink.display.card import Card, CardTable, Presented
 from jaxink.sample import Sample
@@ -71,10 +71,6 @@ def arranged_covariance(arrangement: Arrangement, sample: Sample, known: Known) 
     return Known(tuple(n for n in names if n is not None), known.matrix[np.ix_(keep, keep)])
 
 
-# Of colours without a fit of their own.
-NO_ERRORS_OF_SAMPLE = "No standard errors: a sample by itself has no covariance"
-
-
 def fitted_colours(
     sample: Sample,
     wavelength_nm: Sequence[float],
@@ -112,3 +108,27 @@ def fitted_colours(
         known = arranged_covariance(arrangement, sample, known)
     colours = spectra.colours(illuminant, observer_deg, known)
     return FittedColours(colours, arrangement, errors, at_points)
+
+
+def colours_of_sample(
+    sample: Sample,
+    geometries: Sequence[str | Geometry] = GEOMETRIES,
+    illuminant: str | Illuminant = "D65",
+    observer_deg: int = 2,
+    arrangement: Arrangement | None = None,
+    known_nm: Sequence[float] = (),
+) -> FittedColours:
+    """Colours of a sample with the values of its table, without standard errors.
+
+    Parameters
+    ----------
+    sample
+        The sample.
+    geometries, illuminant, observer_deg, arrangement
+        As for `fitted_colours`.
+    known_nm
+        Wavelengths of its measurement, for a sample that lists none.
+    """
+    seen = geometries, illuminant, observer_deg, arrangement
+    said = "No standard errors: a sample by itself has no covariance"
+    return fitted_colours(sample, wavelengths_of(sample, known_nm), None, said, *seen)

@@ -12,13 +12,11 @@ from jaxtyping import Float
 
 from jaxink.colour import (
     GEOMETRIES,
-    NO_ERRORS_OF_SAMPLE,
     Arrangement,
     FittedColours,
     Geometry,
     Illuminant,
-    fitted_colours,
-    wavelengths_of,
+    colours_of_sample,
 )
 from jaxink.display.card import Card, CardTable, Presented
 from jaxink.effects import readings_model
@@ -136,10 +134,9 @@ class ReadingsResult(SavedInFolder, Presented):
         observer_deg: int = 2,
         arrangement: Arrangement | None = None,
     ) -> FittedColours:
-        """CIE colours of the fitted ink, without standard errors; see `jaxink.colour.fitted_colours`."""
-        wave = wavelengths_of(self.sample, np.unique(self.data.wavelength_nm).tolist())
+        """CIE colours of the fitted ink, without standard errors; see `jaxink.colour.colours_of_sample`."""
         seen = geometries, illuminant, observer_deg, arrangement
-        return fitted_colours(self.sample, wave, None, NO_ERRORS_OF_SAMPLE, *seen)
+        return colours_of_sample(self.sample, *seen, np.unique(self.data.wavelength_nm).tolist())
 
     def table(self) -> CardTable:
         """Each reading: measured, fitted, and the difference in standard deviations."""

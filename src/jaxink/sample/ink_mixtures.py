@@ -1,6 +1,6 @@
 """Inks by name, and layers that are mixed from them."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from typing import Any
 
 from jaxink.errors import InputRefusedError
@@ -9,6 +9,7 @@ from jaxink.sample.description import Layer, Sample
 from jaxink.sample.entries import only, table_of
 from jaxink.sample.hints import unknown_key
 from jaxink.sample.parameter_reading import ParameterReader
+from jaxink.sample.parameters import ParameterTable
 
 # What a mixture gives to its layer.
 MIXED = ("mixture", *schema.COEFFICIENTS, *schema.ALBEDO)
@@ -128,18 +129,19 @@ def require_no_unused(declared: Iterable[str], samples: Iterable[Sample]) -> Non
             )
 
 
-def require_whole(layer: Layer, values: Mapping[str, float]) -> None:
+def require_whole(layer: Layer, parameters: ParameterTable) -> None:
     """Reject an opaque layer whose shares do not add up to 1: only their ratios would count.
 
     Parameters
     ----------
     layer
         The layer.
-    values
-        Of the parameters of its sample.
+    parameters
+        Of its sample.
     """
     if not (layer.opaque and layer.mixture):
         return
+    values = parameters.values_with({})
     total = sum(values[f"{layer.name}.mixture.{ink}"] for ink in layer.mixture)
     if abs(total - 1) > _ROUNDING:
         *others, last = layer.mixture

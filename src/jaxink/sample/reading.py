@@ -133,7 +133,7 @@ def sample_of_document(document: dict[str, Any], folder: Path, effects: Collecti
     for layer in layers:
         if layer.phase_function == "mie":
             check_volume(layer.name, list(layer.particles), parameters)
-        require_whole(layer, parameters.values_with({}))
+        require_whole(layer, parameters)
     return Sample(
         layers=layers,
         parameters=parameters,
