@@ -81,10 +81,9 @@ the same weights and Saunderson's correction:
 
 {rows}
 
-The asymmetry parameter that all inks share is {asymmetry:.2f}, at its lower bound: dark prints are brighter
-at 45:0 than particles that scatter forwards would make them, as a face that is not smooth also would.
-Opaque prints at one geometry cannot tell which. Both ways add the coefficients of the inks, and predict
-alike.
+The asymmetry parameter that all inks share is {asymmetry:.2f}, at its lower bound. Particles that scatter
+backwards brighten dark prints at 45:0, and so does a face that is not smooth; opaque prints at one geometry
+cannot tell which. Both ways add the coefficients of the inks, and predict alike.
 """
 _PAINTS = """
 ## Real paints over cards
@@ -100,9 +99,9 @@ and Munk on the same cards:
 
 {rows}
 
-Both ways leave the same errors, so that these are not those of the transport of light but of what both take
-for granted: equal thicknesses, coefficients in proportion to the mass of a pigment, whatever else is in the
-film, and one smooth face on all films (some reflect less than a smooth face of oil does).
+Both ways leave nearly the same errors, which points to what both assume: equal thicknesses, coefficients in
+proportion to the mass of a pigment whatever else is in the film, and the same smooth face on all films (some
+reflect less than a smooth face of oil does).
 """
 
 
