@@ -1,6 +1,8 @@
 """Projects at the command line: fitted, refused where one measurement is needed, and planned further."""
 
 import json
+import shutil
+import tomllib
 
 import numpy as np
 import pytest
@@ -100,6 +102,28 @@ def test_the_plan_is_printed_and_written(run, project_folder, tmp_path):  # noqa
     again = run("plan", tmp_path / "fit", "--out", tmp_path / "next.toml")
     assert again.exit_code == 5
     assert "exists already" in again.stderr
+
+
+def test_a_project_is_fitted_and_planned(run, project_folder, tmp_path):  # noqa: F811
+    folder = shutil.copytree(project_folder, tmp_path / "folder")
+    source, out = folder / "project.toml", folder / "next.toml"
+    done = run("plan", source, "--out", out)
+    assert done.exit_code == 0, done.output
+    assert "The model fits within" in done.stdout
+    present = [one.name for one in jaxink.load_project(source).measurements]
+    named = tomllib.loads(out.read_text())["measurements"]
+    assert [one["name"] for one in named[:-1]] == present
+    assert named[-1]["name"] not in present
+    # Elsewhere, the files of the project would not be found.
+    away = tmp_path / "next.toml"
+    assert run("plan", source, "--out", away, "--target", "ink.absorption_per_mm").exit_code == 0
+    assert len(tomllib.loads(away.read_text())["measurements"]) == 1
+
+
+def test_a_plan_takes_no_sample_file(run, project_folder, told):  # noqa: F811
+    done = run("plan", project_folder / "ink.toml")
+    assert done.exit_code == 5
+    told(done.stderr, "ink.toml", "sample file")
 
 
 @pytest.mark.parametrize(

@@ -276,7 +276,10 @@ def batch(
 def plan(
     source: Annotated[
         Path,
-        typer.Argument(metavar="RESULT", help="Folder of a fit, of a joint fit or of a diagnosis."),
+        typer.Argument(
+            metavar="RESULT",
+            help="Folder of a fit, of a joint fit or of a diagnosis; or a project file, to be fitted first.",
+        ),
     ],
     target: Annotated[
         list[str] | None,

@@ -10,26 +10,30 @@ import typer
 import jaxink
 from jaxink.cli import session
 from jaxink.cli.fit_tables import console, show_files, show_lines
+from jaxink.cli.one_measurement import is_described, is_of_many
 from jaxink.cli.session import ExitCode
 from jaxink.errors import InputRefusedError
 from jaxink.files.encoding import json_text
-from jaxink.files.result_folder import JOINT_FILE, SAMPLE_FILE, result_file
+from jaxink.files.reading import shown_path
+from jaxink.files.result_folder import SAMPLE_FILE, result_file
 from jaxink.files.writing import require_file, written_whole
+from jaxink.sample import text_of
 
 if TYPE_CHECKING:
     from jaxink import FitResult, JointResult
+    from jaxink.numerics.progress import Progress
     from jaxink.planning import MeasurementPlan
 
 
 def run_plan(
     source: Path, targets: Sequence[str], readings: int, out: Path | None, seed: int, output: str
 ) -> ExitCode:
-    """Rank further measurements for the fit in a folder, and write the project file of the first if asked to.
+    """Rank further measurements for a fit, and write the project file of the first if asked to.
 
     Parameters
     ----------
     source
-        Folder of a fit, of a joint fit or of a diagnosis.
+        Folder of a fit, of a joint fit or of a diagnosis; or a project file, which is fitted first.
     targets
         Parameters that are to be determined; empty: all.
     readings
@@ -46,21 +50,34 @@ def run_plan(
     session.prepare_jax()
     from jaxink.planning import plan_measurement
 
-    is_joint = os.path.lexists(source / JOINT_FILE) or source.name == JOINT_FILE
-    result = jaxink.load_joint_result(source) if is_joint else jaxink.load_result(source)
     with session.progress(quiet=output != "tables") as follow:
+        result = _fitted(source, follow)
         plan = plan_measurement(result, targets, readings, seed, follow)
     files = [] if out is None else _write(plan, result, source, out)
     if output == "json":
         typer.echo(json_text(plan.to_dict() | {"files": [str(file) for file in files]}))
     elif output == "tables":
         to, card = console(), plan.card()
+        if is_described(source):
+            to.print(f"The fit of {shown_path(source)}: {result.verdict.sentence}", soft_wrap=True)
         for sentence in card.sentences:
             to.print(sentence, style="bold", soft_wrap=True)
         to.print("\n".join(["", *plan.table().lines()]), soft_wrap=True)
         show_lines(to, "Notes", card.remarks)
         show_files(to, files)
     return ExitCode.FITTED
+
+
+def _fitted(source: Path, follow: "Progress | None") -> "FitResult | JointResult":
+    """The fit of a project file, or that in a folder."""
+    if not is_described(source):
+        return jaxink.load_joint_result(source) if is_of_many(source) else jaxink.load_result(source)
+    if not is_of_many(source):
+        raise InputRefusedError(
+            f"{shown_path(source)}: is a sample file; a plan takes the folder of a fit, or a project file, "
+            "which names measurements."
+        )
+    return jaxink.fit(jaxink.load_project(source), progress=follow)
 
 
 def _require_new(out: Path) -> None:
@@ -84,6 +101,8 @@ def _write(plan: "MeasurementPlan", result: "FitResult | JointResult", source: P
         sample = os.path.relpath(place, out.parent)
         present = {"present": result.data.source or "DATA.csv"}
     texts = next_project(candidate, present, sample)
+    if is_described(source) and source.resolve().parent == out.resolve().parent:
+        texts["next.toml"] = f"{text_of(source, 'project').rstrip()}\n\n{texts['next.toml']}"
     paths = []
     for name, text in texts.items():
         path = out if name == "next.toml" else out.parent / name
