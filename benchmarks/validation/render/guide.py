@@ -18,17 +18,21 @@ FILE = HERE / "guide.json"
 PICTURE = REPOSITORY / "docs" / "lightguide.png"
 # The comparison with the volume is the precise one.
 _EFFORT, _PRECISE = Effort(), Effort(batches=16)
-CASES = "thin", "contact", "gap"
+CASES = "thin", "contact", "gap", "white"
 
 
 def rendered(case: str) -> GuideRendering:
-    """A rendering: of the thin ink, of the corrected one in contact with its plate, or with its gap."""
+    """A rendering: the thin ink; the corrected one in contact with its plate, or with its gap; a white print."""
     with tempfile.TemporaryDirectory() as out:
         if case == "thin":
             return render_guide(RenderedInk.of(HERE / "thin_ink.toml"), out, effort=_PRECISE)
         if case == "gap":
             return render_guide(
                 RenderedInk.of(HERE / "corrected.toml"), out, effort=_EFFORT, with_volume=False
+            )
+        if case == "white":
+            return render_guide(
+                RenderedInk.of(HERE / "white_print.toml"), out, effort=_EFFORT, with_volume=False
             )
         ink = RenderedInk.of(HERE / "corrected.toml", alone=True)
         uncorrected = RenderedInk.of(HERE / "declared.toml")

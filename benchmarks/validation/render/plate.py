@@ -23,6 +23,8 @@ class Plate:
         Thickness and refractive index of the ink.
     plate_mm, plate_index
         Of the plate, which does not absorb.
+    enlargement
+        By which the ink is thicker and its coefficients are smaller, which changes neither R nor T of a slab.
     """
 
     medium_file: Path
@@ -30,16 +32,17 @@ class Plate:
     ink_index: float
     plate_mm: float = 1.0
     plate_index: float = 1.5
+    enlargement: float = 1.0
 
 
-def read_medium(path: Path) -> dict:
-    """Numbers of a medium file, and its element as a dictionary of Mitsuba."""
+def read_medium(path: Path, enlargement: float = 1.0) -> dict:
+    """Numbers of a medium file, and its element as a dictionary of Mitsuba; for the last, see `Plate`."""
     (medium,) = ElementTree.parse(path).getroot().findall("medium")
     found = {e.get("name"): float(e.get("value", "nan")) for e in medium.findall("spectrum")}
     values = medium.find("phase/string").get("value")
     return {
         "type": "homogeneous",
-        "sigma_t": {"type": "constvolume", "value": found["sigma_t"]},
+        "sigma_t": {"type": "constvolume", "value": found["sigma_t"] / enlargement},
         "albedo": {"type": "constvolume", "value": found["albedo"]},
         "phase": {"type": "tabphase", "values": values},
     }
@@ -53,7 +56,7 @@ def scene(plate: Plate, theta_deg: float, side: str) -> dict:
     import mitsuba as mi
 
     to = mi.ScalarTransform4f
-    depth = plate.plate_mm + plate.ink_mm
+    depth = plate.plate_mm + plate.enlargement * plate.ink_mm
     theta = np.deg2rad(theta_deg)
     eye = np.array([np.sin(theta), 0.0, np.cos(theta)])
 
@@ -74,7 +77,7 @@ def scene(plate: Plate, theta_deg: float, side: str) -> dict:
     return {
         "type": "scene",
         "integrator": {"type": "volpath", "max_depth": -1, "rr_depth": 1_000_000},
-        "ink": read_medium(plate.medium_file),
+        "ink": read_medium(plate.medium_file, plate.enlargement),
         "top": face(0.0, step(plate.plate_index, 1.0)),
         "middle": face(
             -plate.plate_mm,
