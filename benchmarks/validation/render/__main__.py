@@ -32,7 +32,7 @@ INCIDENCES_DEG = (0.0, 45.0)
 # Paths of a direction; transmission, which is less, needs more for the same relative error.
 N_PATHS = {"R": 60_000, "T": 250_000}
 SEED = 53
-# T of this ink, whose mean free path is the shortest, also with a thicker ink of as much smaller coefficients.
+# T of this ink, whose mean free path is the shortest, also with a thicker ink of smaller coefficients.
 ENLARGED, ENLARGEMENTS, N_PATHS_ENLARGED = "white_ink_mie", (1.0, 30.0), 1_000_000
 _CONFIG = SolverConfig(32, 24, 96, 4)
 
@@ -116,11 +116,12 @@ and T include regular light. This page is made by `python -m benchmarks.validati
 
 ± is one standard error, from 20 batches ({N_PATHS["R"]} paths for R and {N_PATHS["T"]} for T; the first row
 has 200000). The aim is agreement within 1 % with an error of 0.3 %. Some errors are larger and would need
-more paths. T of `white_ink_mie` is a per cent too high at both incidences. The cause is Mitsuba's single precision: a ray
-goes on at a distance from each face that grows with its coordinates, and the mean free path of this ink, 1.7 um, is the
-shortest. R and T of a slab do not change if its ink is made 30 times thicker and its coefficients 30 times smaller, but then the
-distance no longer counts. With {N_PATHS_ENLARGED} paths and another seed, T differs from the solver by {enlarged["1 0"]} and
-{enlarged["1 45"]} (0 and 45 degrees) as it is, and by {enlarged["30 0"]} and {enlarged["30 45"]} enlarged.
+more paths. T of `white_ink_mie` is a per cent too high at both incidences. The cause is Mitsuba's single
+precision: a ray goes on at a distance from each face that grows with its coordinates, and the mean free path
+of this ink, 1.7 um, is the shortest. R and T of a slab do not change if its ink is made 30 times thicker and
+its coefficients 30 times smaller, but then the distance no longer counts. With {N_PATHS_ENLARGED} paths and
+another seed, T differs from the solver by {enlarged["1 0"]} and {enlarged["1 45"]} (0 and 45 degrees)
+as it is, and by {enlarged["30 0"]} and {enlarged["30 45"]} enlarged.
 
 ## Short forms of the phase function
 

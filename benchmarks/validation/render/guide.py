@@ -22,7 +22,7 @@ CASES = "thin", "contact", "gap", "white"
 
 
 def rendered(case: str) -> GuideRendering:
-    """A rendering: the thin ink; the corrected one in contact with its plate, or with its gap; a white print."""
+    """Of the thin ink; of the corrected one in contact with its plate, or with its gap; of a white print."""
     with tempfile.TemporaryDirectory() as out:
         if case == "thin":
             return render_guide(RenderedInk.of(HERE / "thin_ink.toml"), out, effort=_PRECISE)

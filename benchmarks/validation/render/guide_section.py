@@ -79,9 +79,10 @@ instead of {100 * flux["sheet"]:.1f} %. Whoever prints it with the same gap gets
 {100 * dark["standard_error"]:.2f} % of the flux: light from the edge is totally reflected before the gap,
 and what is left comes from the area in contact, which the diagnosis puts at 0.14 ± 0.11 %.
 
-**Colour along the guide.** Spheres of rutile (radius 110 nm, 4 % of the volume, 20 um thick) scatter blue light more
-than red, and dots near the lamp take it first. Under a lamp of the spectrum D65 from 440 to 680 nm, in 13 wavelengths, the
-chromaticity of the last 15 % of the guide less that of the first is {shift_x} in x and {shift_y} in y (sheets).
+**Colour along the guide.** Spheres of rutile (radius 110 nm, 4 % of the volume, 20 um thick) scatter blue
+light more than red, and dots near the lamp take it first. Under a lamp of the spectrum D65 from 440 to 680
+nm, in 13 wavelengths, the chromaticity of the last 15 % of the guide less that of the first is {shift_x}
+in x and {shift_y} in y (sheets).
 
 **The volumes.** They are traced by jaxink in double precision, with nothing of the solver but coefficients
 and phase function. The independent check is Mitsuba's `volpath` for one dot at the origin: the share of
