@@ -7,7 +7,7 @@ Each task makes the rows of results.json that are missing; remove a row to repea
 
 import argparse
 import json
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +19,7 @@ from benchmarks.validation.joint import (
     forecast,
     four,
     lacking,
+    lacking_readings,
     next_one,
     pull,
     real,
@@ -32,6 +33,7 @@ RESULTS = Path(__file__).with_name("results.json")
 _DRAWS = range(10)
 _LACKING = range(3)
 _PLANNED = range(3)
+_OF_BSDF, _OF_READINGS = "lacking", "readings that lack"
 # Until so many of them are undecided before.
 _MOST_TRIED, _UNDECIDED = 16, 10
 _SHORT = {
@@ -62,8 +64,12 @@ def _rows() -> Iterator[tuple[str, str, Callable[[], dict | list]]]:
             yield "pull", f"pull {seed} {wrong}", lambda seed=seed, wrong=wrong: pull.found(seed, wrong)
     for seed in _LACKING:
         for kind in lacking.LACKS:
-            name = f"lacking {seed} {kind}"
+            name = f"{_OF_BSDF} {seed} {kind}"
             yield "lacking", name, lambda seed=seed, kind=kind: lacking.found(seed, kind)
+    for seed in _LACKING:
+        for kind in lacking_readings.LACKS:
+            name = f"{_OF_READINGS} {seed} {kind}"
+            yield "lacking", name, lambda seed=seed, kind=kind: lacking_readings.found(seed, kind)
     yield "cost", "cost", cost.seconds
     for seed in _DRAWS:
         yield "readings", f"readings {seed}", lambda seed=seed: three_readings.found(seed)
@@ -100,7 +106,8 @@ def _write_page(results: dict) -> None:
         "rough_declared": _four(results, "rough, declared", rough.CHOSEN),
         "rough_free": _four(results, "rough, free", rough.CHOSEN),
         "pull": _pull(results),
-        "lacking": _lacking(results),
+        "lacking": _lacking(results, _OF_BSDF, lacking.LACKS),
+        "lacking_readings": _lacking(results, _OF_READINGS, lacking_readings.LACKS),
     }
     made |= {"cost": _cost(results), "machine": machine()}
     made |= {"summary": _summary(results, ""), "rough_summary": _summary(results, "rough, ")}
@@ -260,11 +267,11 @@ def _decided(results: dict) -> str:
     )
 
 
-def _lacking(results: dict) -> str:
+def _lacking(results: dict, rows_of: str, kinds: Iterable[str]) -> str:
     rows = []
-    for kind in lacking.LACKS:
+    for kind in kinds:
         made = [
-            found for name, found in results.items() if name.startswith("lacking") and found["kind"] == kind
+            found for name, found in results.items() if name.startswith(rows_of) and found["kind"] == kind
         ]
         if not made:
             continue

@@ -10,6 +10,7 @@ import numpy as np
 
 import jaxink
 from benchmarks.validation.joint.pull import SHEETS, directions, drawn_ink, project_of, sheets
+from jaxink.diagnosis import JointDiagnosis
 from jaxink.effects import CATALOGUE, Case, Scene, declare
 from jaxink.sample import Sample
 
@@ -37,7 +38,7 @@ LACKS = {
 }
 
 
-def _with_effect(sample: Sample, lack: Lack) -> Sample:
+def with_effect(sample: Sample, lack: Lack) -> Sample:
     """The sample with the effect, at its true values."""
     at = directions()
     scene = Scene.of(*at.used_directions, row=at.reading_order[at.used])
@@ -54,12 +55,18 @@ def found(seed: int, kind: str) -> dict:
     truth = drawn_ink(rng)
     seen = {name: sample.replace(truth) for name, sample in sheets().items()}
     if lack.effect:
-        seen |= {name: _with_effect(seen[name], lack) for name in lack.sheets}
+        seen |= {name: with_effect(seen[name], lack) for name in lack.sheets}
     project = project_of({name: jaxink.predict(one, directions()) for name, one in seen.items()}, rng)
     began = time.perf_counter()
     options = jaxink.DiagnosisOptions(fit=jaxink.FitOptions(profile="none", accuracy=1e-3))
     made = jaxink.diagnose(project, options=options)
-    seconds = time.perf_counter() - began
+    return found_by(made, seed, kind, lack, truth, time.perf_counter() - began)
+
+
+def found_by(
+    made: JointDiagnosis, seed: int, kind: str, lack: Lack, truth: dict[str, float], seconds: float
+) -> dict:
+    """A row of the results."""
 
     def worst(result):
         rows = (result.parameters[name] for name in truth)

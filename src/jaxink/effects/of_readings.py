@@ -9,7 +9,7 @@ from jaxtyping import Array, Bool, Float
 
 from jaxink.display.brief import brief_repr
 from jaxink.effects.augmented import carriers, extend
-from jaxink.effects.kinds import SampleEffect, ScalingEffect
+from jaxink.effects.kinds import Effect, SampleEffect, ScalingEffect
 from jaxink.errors import InputRefusedError
 from jaxink.measurement import Readings
 from jaxink.model import LayerCoefficients, ReadingsModel
@@ -92,8 +92,9 @@ def readings_model(
     config: SolverConfig | None = None,
     accuracy: float = DEFAULT_ACCURACY,
     layer_method: str = "fastest",
+    effects: tuple[Effect, ...] = (),
 ) -> ReadingsModel | AugmentedReadings:
-    """Model of readings, with the effects that the sample declares.
+    """Model of readings, with the effects that the sample declares, and others.
 
     Parameters
     ----------
@@ -103,15 +104,17 @@ def readings_model(
         What is read.
     config, accuracy, layer_method
         See `ReadingsModel`.
+    effects
+        Further effects.
 
     Raises
     ------
     InputRefusedError
         The sample cannot be predicted, or declares an effect of which only a BSDF is known.
     """
-    if not sample.effects:
+    effects = carriers(sample, effects)
+    if not effects:
         return ReadingsModel(sample, readings, config, accuracy, layer_method)
-    effects = carriers(sample, ())
     known = tuple(effect for effect in effects if isinstance(effect, SampleEffect | ScalingEffect))
     if len(known) < len(effects):
         names = ", ".join(effect.name for effect in effects if effect not in known)

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from jaxink.diagnosis.joint.joint_diagnosis import JointDiagnosis, JointStep
+from jaxink.diagnosis.joint.readings_screen import readings_directions
 from jaxink.diagnosis.search.candidate_objective import CandidateObjective, Place
 from jaxink.diagnosis.search.direction import SCREEN, Direction, secants, tangents
 from jaxink.diagnosis.search.model import by_program
@@ -104,8 +105,8 @@ class Cause:
 def owners(project: Project, names: Sequence[str], effect: Effect) -> Iterator[tuple[str, tuple[str, ...]]]:
     """Who may own an effect that some measurements can have, and which of them then have it.
 
-    What belongs to the sample is in all of them, what belongs to an instrument in all that it measured;
-    either may be in one measurement alone.
+    What belongs to the sample is in all of them, what belongs to an instrument in all that it measured (if
+    none has a name, all scans of a goniometer, or else all readings); either may be in one measurement alone.
 
     Parameters
     ----------
@@ -121,14 +122,21 @@ def owners(project: Project, names: Sequence[str], effect: Effect) -> Iterator[t
         if one.name in names:
             of_instruments.setdefault(one.instrument, []).append(one.name)
     if effect.group != INSTRUMENT or set(of_instruments) == {""}:
-        if len(names) > 1:
-            yield "", tuple(names)
+        together = tuple(names) if effect.group != INSTRUMENT else _of_one_instrument(project, names)
+        if len(together) > 1:
+            yield "", together
     else:
         for instrument, measured in of_instruments.items():
             if instrument and len(measured) > 1:
                 yield instrument, tuple(measured)
     for name in names:
         yield name, (name,)
+
+
+def _of_one_instrument(project: Project, names: Sequence[str]) -> tuple[str, ...]:
+    """Measurements that one instrument without a name may have made: a goniometer reads no totals."""
+    of_goniometer = tuple(name for name in names if isinstance(project[name].data, GonioData))
+    return of_goniometer or tuple(names)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -187,11 +195,13 @@ def screened(
     ways: dict[tuple, dict[str, tuple[slice, Direction]]] = {}
     loss = float(end.residual @ end.residual)
     for i, (one, noise) in enumerate(zip(project.measurements, noises, strict=True)):
-        if not isinstance(one.data, GonioData):
-            continue
         follow(f"screen of '{one.name}'", StepOf(i + 1, len(project)), loss)
-        rows = slice(first_rows[i], first_rows[i + 1])
-        for direction in _directions(one, one.data, noise, objective.parts[i].resolution, options, failures):
+        rows, part = slice(first_rows[i], first_rows[i + 1]), objective.parts[i]
+        if isinstance(one.data, GonioData):
+            directions = _directions(one, one.data, noise, part.resolution, options, failures)
+        else:
+            directions = readings_directions(without_priors(one.sample), one.data, part, options, failures)
+        for direction in directions:
             key = direction.effect.name, str(direction.effect), tuple(sorted(direction.setting.items()))
             ways.setdefault(key, {})[one.name] = rows, direction
     best: dict[tuple, Promise] = {}
@@ -211,7 +221,7 @@ def _promises(
 ) -> Iterator[Promise]:
     """What one way of an effect promises, for each of its possible owners."""
     some = next(iter(found.values()))[1]
-    effect, readings = some.effect, [m.name for m in project.measurements if m.name not in found]
+    effect, others = some.effect, [m.name for m in project.measurements if m.name not in found]
     for owner, measured in owners(project, tuple(found), effect):
         column = np.zeros(len(end.residual))
         for name in measured:
@@ -225,8 +235,8 @@ def _promises(
         step = float(np.clip(z / norm, -some.largest, some.largest))
         forms = {name: found[name][1].effect for name in measured}
         if not owner and isinstance(effect, SampleEffect):
-            # All look at the same sample, whether their own directions can be screened or not.
-            forms |= {name: effect for name in readings}
+            # All look at the same sample, whether it shows there or not.
+            forms |= {name: effect for name in others}
         start = some.setting | effect.start(some.setting, step)
         yield Promise(Cause(owner, forms), some.reachable_delta_chi_square(z, norm), start)
 
