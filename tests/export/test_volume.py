@@ -5,11 +5,14 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from scipy.special import roots_legendre
 from typer.testing import CliRunner
 
 import jaxink
+from benchmarks.validation.render.speos_file import read_speos_material
 from jaxink.cli.app import app
 from jaxink.export.medium import gegenbauer, light_of, medium_of, short_forms
+from jaxink.export.speos_material import write_speos_material
 from jaxink.export.volume import even_table, write_volume
 from jaxink.ink.ink_layers import find_ink
 from jaxink.numerics.precision import computing
@@ -59,7 +62,7 @@ def written(mie, tmp_path_factory):
 
 def read_moments(values, n_moments=400):
     """Moments of a table that is linear in the cosine between equally spaced points from -1 to 1."""
-    node, weight = np.polynomial.legendre.leggauss(3000)
+    node, weight = roots_legendre(3000)
     phase = np.interp(node, np.linspace(-1, 1, len(values)), values)
     return np.polynomial.legendre.legvander(node, n_moments - 1).T @ (weight * phase) / 2
 
@@ -83,6 +86,29 @@ def test_a_medium_of_mitsuba_has_the_same_light_when_read_back(mie, written):
     assert moments[0] == pytest.approx(1.0, abs=1e-4)
     assert moments[1] == pytest.approx(mie.asymmetry[1], abs=2e-4)
     for found, wanted in zip(light_of(mie, 1, moments / moments[0]), light_of(mie, 1), strict=True):
+        np.testing.assert_allclose(found, wanted, rtol=3e-3, atol=1e-4)
+
+
+@pytest.mark.parametrize("waves", [(450.0, 650.0), (650.0,)])
+def test_a_material_of_speos_has_the_same_light_when_read_back(waves, tmp_path):
+    sample = jaxink.parse_sample(MIE)
+    mie = medium_of(find_ink(sample, inside="front"), waves)
+    write_speos_material(mie, tmp_path / "ink.material")
+    read = read_speos_material(tmp_path / "ink.material")
+    last = len(waves) - 1
+    for curve, wanted in (
+        (read.index, mie.refractive_index),
+        (read.absorption_per_mm, mie.absorption_per_mm),
+        (read.scattering_per_mm, mie.scattering_per_mm),
+    ):
+        np.testing.assert_allclose(curve, np.column_stack([waves, wanted]), rtol=1e-8)
+    assert (read.angles_deg[0], read.angles_deg[-1]) == (0.0, 180.0)
+    node, weight = roots_legendre(3000)
+    phase = read.phase(node, last)
+    # A relative intensity: the program normalises it.
+    moments = np.polynomial.legendre.legvander(node, 399).T @ (weight * phase)
+    assert moments[1] / moments[0] == pytest.approx(mie.asymmetry[last], abs=2e-4)
+    for found, wanted in zip(light_of(mie, last, moments / moments[0]), light_of(mie, last), strict=True):
         np.testing.assert_allclose(found, wanted, rtol=3e-3, atol=1e-4)
 
 
@@ -137,10 +163,12 @@ def test_an_even_table_keeps_the_mean_cosine_of_a_narrow_peak():
 
 def test_the_command_writes_a_volume_and_refuses_tables(example_result, tmp_path):
     example_result.save(tmp_path / "fit")
-    options = ["--format", "tracepro", "--out", str(tmp_path / "out"), "--as", "volume", "--from", "front"]
+    options = ["--format", "speos", "--out", str(tmp_path / "out"), "--as", "volume", "--from", "front"]
     done = CliRunner().invoke(app, ["export", str(tmp_path / "fit"), *options])
     assert (done.exit_code, done.stderr) == (0, "")
-    assert "TracePro" in (tmp_path / "out" / "ink_volume.txt").read_text()
+    assert "Speos" in (tmp_path / "out" / "ink_volume.txt").read_text()
+    written = read_speos_material(tmp_path / "out" / "ink.material")
+    assert written.scattering_per_mm[0, 0] == example_result.sample.wavelengths_nm[0]
     refused = CliRunner().invoke(app, ["export", str(tmp_path / "table.nc"), *options])
     assert refused.exit_code == 5
     assert "--as volume" in refused.stderr

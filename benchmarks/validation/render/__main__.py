@@ -67,6 +67,12 @@ def make() -> dict:
                     if key not in one["mitsuba"]:
                         one["mitsuba"][key] = power(plate, theta, side, N_PATHS[side], SEED)
                         FILE.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+            for side in "RT":
+                if side not in one.setdefault("speos", {}):
+                    write_volume(medium, "speos", folder)
+                    of_file = dataclasses.replace(plate, medium_file=Path(folder) / "ink.material")
+                    one["speos"][side] = power(of_file, 0.0, side, N_PATHS[side], SEED)
+                    FILE.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
             if name == ENLARGED:
                 for enlargement in ENLARGEMENTS:
                     thicker = dataclasses.replace(plate, enlargement=enlargement)
@@ -83,8 +89,13 @@ def _enlarged(one: dict) -> dict[str, str]:
     shown = {}
     for key, (value, error) in one["enlarged"].items():
         solver = one["solver"]["T"][INCIDENCES_DEG.index(float(key.split()[1]))]
-        shown[key] = f"{100 * (value / solver - 1):+.2f} ± {100 * error / solver:.2f} %"
+        shown[key] = f"{_difference(value, error, solver)} %"
     return shown
+
+
+def _difference(value: float, error: float, solver: float) -> str:
+    """Relative difference from the solver in per cent, with its standard error."""
+    return f"{100 * (value / solver - 1):+.2f} ± {100 * error / solver:.2f}"
 
 
 def page(found: dict) -> str:
@@ -94,14 +105,15 @@ def page(found: dict) -> str:
         for key, (value, error) in one["mitsuba"].items():
             side, theta = key.split()
             solver = one["solver"][side][INCIDENCES_DEG.index(float(theta))]
+            through = _difference(*one["speos"][side], solver) if key.endswith(" 0") else ""
             rows.append(
                 [f"`{name}`", side, theta, f"{solver:.5f}", f"{value:.5f} ± {error:.5f}"]
-                + [f"{100 * (value / solver - 1):+.2f} ± {100 * error / solver:.2f}"]
+                + [_difference(value, error, solver), through]
             )
         for kind, values, r, t, rms in one["forms"]:
             shown = ", ".join(f"{key} {value:.4g}" for key, value in values.items())
             forms.append([f"`{name}`", kind, shown, *(f"{100 * v:.2f}" for v in (r, t, rms))])
-    heads = ["ink", "side", "incidence, deg", "jaxink", "Mitsuba", "difference, %"]
+    heads = ["ink", "side", "incidence, deg", "jaxink", "Mitsuba", "difference, %", "by `.material`, %"]
     enlarged = _enlarged(found[ENLARGED])
     form_heads = ["ink", "form", "numbers", "R, % of incident", "T, % of incident", "BSDF, rms %"]
     return f"""# The ink as a volume
@@ -110,7 +122,9 @@ def page(found: dict) -> str:
 function. Here it is read back and put between the faces of a plate (1 mm, index 1.5, without absorption, in
 air) with Mitsuba's volumetric path tracer, variant `scalar_rgb`, which shares nothing with jaxink's solver.
 The inks are the true ones of three simulated samples; the rough face of `white_ink_rough` is smooth here. R
-and T include regular light. This page is made by `python -m benchmarks.validation.render`.
+and T include regular light. The last column is the same through a file of Speos, which is read back, too (a
+table of the phase function by angle instead of its cosine). This page is made by
+`python -m benchmarks.validation.render`.
 
 {table(heads, rows)}
 

@@ -6,6 +6,9 @@ from xml.etree import ElementTree
 
 import numpy as np
 
+from benchmarks.validation.render.speos_file import read_speos_material
+from jaxink.export.volume import even_table
+
 # Half the width of the plate, and distance of the black screens, in mm.
 _HALF_MM, _SCREEN_MM = 2000.0, 50.0
 N_BATCHES = 20
@@ -18,7 +21,7 @@ class Plate:
     Parameters
     ----------
     medium_file
-        Written by `jaxink.export.volume.write_volume` for Mitsuba.
+        Written by `jaxink.export.volume.write_volume` for Mitsuba or Speos.
     ink_mm, ink_index
         Thickness and refractive index of the ink.
     plate_mm, plate_index
@@ -36,7 +39,9 @@ class Plate:
 
 
 def read_medium(path: Path, enlargement: float = 1.0) -> dict:
-    """Numbers of a medium file, and its element as a dictionary of Mitsuba; for the last, see `Plate`."""
+    """Numbers of a file of Mitsuba or Speos as a medium of Mitsuba; for the last, see `Plate`."""
+    if path.suffix == ".material":
+        return _speos_medium(path)
     (medium,) = ElementTree.parse(path).getroot().findall("medium")
     found = {e.get("name"): float(e.get("value", "nan")) for e in medium.findall("spectrum")}
     values = medium.find("phase/string").get("value")
@@ -45,6 +50,18 @@ def read_medium(path: Path, enlargement: float = 1.0) -> dict:
         "sigma_t": {"type": "constvolume", "value": found["sigma_t"] / enlargement},
         "albedo": {"type": "constvolume", "value": found["albedo"]},
         "phase": {"type": "tabphase", "values": values},
+    }
+
+
+def _speos_medium(path: Path) -> dict:
+    read = read_speos_material(path)
+    scattering, absorption = read.scattering_per_mm[0, 1], read.absorption_per_mm[0, 1]
+    cosines, values = even_table(read.phase)
+    return {
+        "type": "homogeneous",
+        "sigma_t": {"type": "constvolume", "value": scattering + absorption},
+        "albedo": {"type": "constvolume", "value": scattering / (scattering + absorption)},
+        "phase": {"type": "tabphase", "values": ", ".join(f"{v:.9g}" for v in values / (4 * np.pi))},
     }
 
 

@@ -8,6 +8,7 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
+from scipy.special import roots_legendre
 
 from jaxink.display.brief import brief_repr
 from jaxink.errors import InputRefusedError
@@ -15,11 +16,13 @@ from jaxink.ink import InkLayers
 from jaxink.model import mie_sizes, volume_scattering
 from jaxink.numerics.precision import computing
 from jaxink.optics import Directions, ScatteringLayer
-from jaxink.particles import LegendreSeries
+from jaxink.particles import LegendreSeries, PhaseFunction
 from jaxink.solver import SolverConfig, Stack, diffuse_bsdf, hemispherical_power
 
 # Quadrature of the phase function and moments that describe it.
 _NODES, _MOMENTS = 2000, 400
+# Cosines at which a phase function is evaluated at once.
+_POINTS = 1024
 # Moments that a short form is fitted to: the BSDF of a layer hardly depends on higher ones.
 _FITTED_MOMENTS, _KEPT = 24, 1e3
 _CONFIG = SolverConfig(16, 12, 48, 16)
@@ -161,12 +164,21 @@ def medium_of(ink: InkLayers, wavelengths_nm: Sequence[float]) -> Medium:
     )
 
 
-def _as_numpy(phase) -> Callable:
+def _as_numpy(phase: PhaseFunction) -> Callable:
     def value(cosine):
+        cosine = np.asarray(cosine, float)
+        # Always of one shape, as each is compiled.
+        padded = np.resize(cosine.ravel(), -(-cosine.size // _POINTS) * _POINTS).reshape(-1, _POINTS)
         with computing():
-            return np.asarray(phase.value(np.asarray(cosine, float)))
+            parts = [np.asarray(_phase_values(phase, part)) for part in padded]
+        return np.concatenate(parts)[: cosine.size].reshape(cosine.shape)
 
     return value
+
+
+@eqx.filter_jit
+def _phase_values(phase: PhaseFunction, cosines: Float[Array, " points"]) -> Float[Array, " points"]:
+    return phase.value(cosines)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -256,7 +268,7 @@ def _two_lobes(moments: np.ndarray) -> tuple[float, float, float]:
 @lru_cache(maxsize=1)
 def _quadrature() -> tuple[np.ndarray, np.ndarray]:
     """Nodes in the cosine, and the matrix from values there to Legendre moments."""
-    node, weight = np.polynomial.legendre.leggauss(_NODES)
+    node, weight = roots_legendre(_NODES)
     return node, np.polynomial.legendre.legvander(node, _MOMENTS - 1) * weight[:, None] / 2
 
 

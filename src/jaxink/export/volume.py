@@ -1,12 +1,14 @@
-"""Files that describe the ink as a volume: a medium of Mitsuba 3, and sheets of values for dialogues."""
+"""Files that describe the ink as a volume: media of Mitsuba 3 and Speos, and sheets of values."""
 
 from collections.abc import Callable
 from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
+from scipy.special import roots_legendre
 
 from jaxink.export.medium import Medium, ShortForm, short_forms
+from jaxink.export.speos_material import write_speos_material
 from jaxink.export.text import row, write_lines
 from jaxink.files.version import installed_version
 from jaxink.files.writing import whole_folder
@@ -27,8 +29,8 @@ DIALOGUES = {
     "fred": "FRED, volume scatter of a material: scattering and absorption coefficient in 1/mm (with system "
     "units of mm) and g.",
     "asap": "ASAP, volume model of a medium: coefficients in 1/system unit and g.",
-    "speos": "Speos, material editor: absorption and diffusion in 1/mm with the phase function. The layout "
-    "of a .material file is not public, so jaxink writes none; enter the values.",
+    "speos": "Speos, volume optical properties of a body: the .material file, or in the material editor "
+    "absorption and diffusion in 1/mm with the phase function.",
 }
 VOLUME_FORMATS = ("mitsuba", *DIALOGUES, "csv")
 
@@ -66,13 +68,15 @@ def write_volume(
                 tree = ElementTree.ElementTree(_scene(medium, w))
                 ElementTree.indent(tree)
                 tree.write(folder / f"{name}_{wavelength:.10g}nm_medium.xml", encoding="utf-8")
+        elif format == "speos":
+            write_speos_material(medium, folder / f"{name}.material")
         names = sorted(file.name for file in folder.iterdir())
     return [Path(directory) / one for one in names]
 
 
 def even_table(phase: Callable) -> tuple[np.ndarray, np.ndarray]:
     """Equally spaced cosines from -1 to 1, and a phase function there with mean 1 if it is linear between."""
-    node, weight = np.polynomial.legendre.leggauss(4000)
+    node, weight = roots_legendre(4000)
     exact = np.sum(weight * node * phase(node)) / 2
     n = _FEWEST_POINTS
     while True:
