@@ -202,6 +202,16 @@ def test_shares_of_an_opaque_layer_that_are_not_all_are_refused(shares, words, t
     told(str(refused.value), "opaque", *words)
 
 
+@pytest.mark.parametrize(
+    ("text", "values"), [(TEXT, {"cyan": 0.75}), (OPAQUE, {"cyan": 0.5}), (OPAQUE, {"cyan": 0.2})]
+)
+def test_other_shares_that_are_no_mixture_are_refused(text, values, told):
+    sample = jaxink.parse_sample(text)
+    with pytest.raises(InputRefusedError) as refused:
+        sample.replace({f"print.mixture.{ink}": share for ink, share in values.items()})
+    told(str(refused.value), "layer 'print'", "mixture")
+
+
 def test_the_share_of_an_opaque_layer_may_follow_from_another():
     shares = (
         'cyan = { free = true, value = 0.25, min = 0, max = 1 }, white = { tie = "1 - print.mixture.cyan" }'

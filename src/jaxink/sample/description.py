@@ -9,6 +9,7 @@ from jaxink.display.card import Card, CardTable, Presented
 from jaxink.measurement import Noise
 from jaxink.sample.declared_effects import DeclaredEffect
 from jaxink.sample.dispersion import Dispersion
+from jaxink.sample.mixture_shares import require_at_most_whole, require_whole
 from jaxink.sample.parameters import ParameterTable
 from jaxink.sample.populations import Population
 from jaxink.sample.replacing import with_values
@@ -59,6 +60,11 @@ class Layer:
         """Table of radii, or None, of each kind of Mie particles, by the prefix of its parameters' names."""
         further = {f"{self.name}.{p.name}": p.radius_table for p in self.populations}
         return {self.name: self.radius_table, **further}
+
+    def shares(self, parameters: ParameterTable) -> dict[str, float]:
+        """Share of each ink of the mixture."""
+        values = parameters.values_with({})
+        return {ink: values[f"{self.name}.mixture.{ink}"] for ink in self.mixture}
 
     @property
     def scatters(self) -> bool:
@@ -199,10 +205,15 @@ class Sample(Presented):
         Raises
         ------
         InputRefusedError
-            For a name that does not exist (near names are suggested), a tied parameter, or a value out of
-            the range of its parameter.
+            For a name that does not exist (near names are suggested), a tied parameter, a value out of the
+            range of its parameter, or shares of a mixture that are more than the whole.
         """
-        table = with_values(self.parameters, {**(values or {}), **more})
+        values = {**(values or {}), **more}
+        table = with_values(self.parameters, values)
+        for layer in self.layers:
+            if any(name.startswith(f"{layer.name}.mixture.") for name in values):
+                require = require_whole if layer.opaque else require_at_most_whole
+                require(layer.name, layer.shares(table))
         return dataclasses.replace(self, parameters=table)
 
     def without_values(self, names: Collection[str]) -> "Sample":

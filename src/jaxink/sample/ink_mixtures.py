@@ -5,11 +5,11 @@ from typing import Any
 
 from jaxink.errors import InputRefusedError
 from jaxink.sample import schema
-from jaxink.sample.description import Layer, Sample
+from jaxink.sample.description import Sample
 from jaxink.sample.entries import only, table_of
 from jaxink.sample.hints import unknown_key
+from jaxink.sample.mixture_shares import ROUNDING, require_at_most_whole
 from jaxink.sample.parameter_reading import ParameterReader
-from jaxink.sample.parameters import ParameterTable
 
 # What a mixture gives to its layer.
 MIXED = ("mixture", *schema.COEFFICIENTS, *schema.ALBEDO)
@@ -17,8 +17,6 @@ MIXED = ("mixture", *schema.COEFFICIENTS, *schema.ALBEDO)
 _MOST = 10
 # Words that other parameters begin with.
 _TAKEN = ("surroundings", "backing", "instrument")
-# Shares that a printer states in per cent may be rounded.
-_ROUNDING = 1e-3
 
 
 def read_inks(
@@ -129,40 +127,12 @@ def require_no_unused(declared: Iterable[str], samples: Iterable[Sample]) -> Non
             )
 
 
-def require_whole(layer: Layer, parameters: ParameterTable) -> None:
-    """Reject an opaque layer whose shares do not add up to 1: only their ratios would count.
-
-    Parameters
-    ----------
-    layer
-        The layer.
-    parameters
-        Of its sample.
-    """
-    if not (layer.opaque and layer.mixture):
-        return
-    values = parameters.values_with({})
-    total = sum(values[f"{layer.name}.mixture.{ink}"] for ink in layer.mixture)
-    if abs(total - 1) > _ROUNDING:
-        *others, last = layer.mixture
-        tie = " - ".join(("1", *(f"{layer.name}.mixture.{ink}" for ink in others)))
-        follows = f' One share may follow from the others: {last} = {{ tie = "{tie}" }}.' if others else ""
-        raise InputRefusedError(
-            f"layer '{layer.name}': the shares of mixture add up to {total:g}; clear binder changes nothing "
-            f"in an opaque layer, so they must add up to 1. Is an ink missing?{follows}"
-        )
-
-
 def _check_shares(name: str, mixture: dict[str, Any]) -> None:
     fixed = {ink: share for ink, share in mixture.items() if type(share) in (int, float)}
     for ink, share in fixed.items():
-        if share > 1 + _ROUNDING:
+        if share > 1 + ROUNDING:
             raise InputRefusedError(
                 f"{name}.mixture.{ink} is {share:g}; it must lie between 0 and 1: shares are parts of the "
                 "volume, so divide per cent by 100."
             )
-    if sum(fixed.values()) > 1 + _ROUNDING:
-        raise InputRefusedError(
-            f"layer '{name}': the shares of mixture add up to {sum(fixed.values()):g}; they are parts of the "
-            "volume, at most 1 together. What is left of 1 is clear binder."
-        )
+    require_at_most_whole(name, fixed)

@@ -14,7 +14,7 @@ from jaxink.sample.declared_effects import own_kinds, read_effects
 from jaxink.sample.description import Backing, Layer, Sample
 from jaxink.sample.document import document_of, text_of
 from jaxink.sample.entries import choice, only, table_of, true_or_false
-from jaxink.sample.ink_mixtures import read_inks, require_no_unused, require_whole
+from jaxink.sample.ink_mixtures import read_inks, require_no_unused
 from jaxink.sample.layer_reading import layer_tables, read_layer
 from jaxink.sample.measurement_reading import (
     read_instrument,
@@ -23,6 +23,7 @@ from jaxink.sample.measurement_reading import (
     read_wavelengths,
 )
 from jaxink.sample.measurement_schema import SCHEMA_VERSION, TOP
+from jaxink.sample.mixture_shares import require_whole
 from jaxink.sample.parameter_reading import ParameterReader
 from jaxink.sample.parameters import ParameterTable
 from jaxink.sample.populations import check_volume
@@ -133,7 +134,8 @@ def sample_of_document(document: dict[str, Any], folder: Path, effects: Collecti
     for layer in layers:
         if layer.phase_function == "mie":
             check_volume(layer.name, list(layer.particles), parameters)
-        require_whole(layer, parameters)
+        if layer.opaque and layer.mixture:
+            require_whole(layer.name, layer.shares(parameters))
     return Sample(
         layers=layers,
         parameters=parameters,
