@@ -12,7 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
-from jaxink.display.brief import brief_repr
+from jaxink.effects.carried import CarriedModel
 from jaxink.effects.declared import declared_effects, in_order, is_of_catalogue
 from jaxink.effects.fluorescence import Emission, emission_of
 from jaxink.effects.kinds import (
@@ -31,14 +31,14 @@ from jaxink.effects.plane import Hemisphere
 from jaxink.effects.sample_edits import with_constants, with_parameters
 from jaxink.effects.scene import GRID_DEG, Field, Scene, Surroundings
 from jaxink.measurement import Columns, GonioData
-from jaxink.model import ForwardModel, LayerCoefficients, SampleModel
+from jaxink.model import ForwardModel, SampleModel
 from jaxink.sample import Sample
 from jaxink.solver import DEFAULT_ACCURACY, SolverConfig
 
 Model = TypeVar("Model")
 
 
-class AugmentedModel(eqx.Module):
+class AugmentedModel(CarriedModel):
     """Predicts the BSDF of a sample with effects: those that it declares, and others.
 
     Parameters
@@ -54,10 +54,6 @@ class AugmentedModel(eqx.Module):
     accuracy, layer_method
         See `ForwardModel`.
     """
-
-    __repr__ = brief_repr
-    # See `ForwardModel`.
-    __hash__ = object.__hash__
 
     main: ForwardModel
     others: tuple[tuple[int, ForwardModel], ...]
@@ -121,21 +117,6 @@ class AugmentedModel(eqx.Module):
         self.others = tuple(others)
 
     @property
-    def sample(self) -> Sample:
-        """The sample with the effects' parameters."""
-        return self.main.sample
-
-    @property
-    def wavelengths_nm(self) -> tuple[float, ...]:
-        """Wavelengths of the points, ascending."""
-        return self.main.wavelengths_nm
-
-    @property
-    def config(self) -> SolverConfig:
-        """Resolution of the solver."""
-        return self.main.config
-
-    @property
     def wavelength_of_point_nm(self) -> Float[np.ndarray, " points"]:
         """See `ForwardModel`."""
         return self.scene.wavelength_nm
@@ -156,14 +137,6 @@ class AugmentedModel(eqx.Module):
         models = (self.main, *(model for _, model in self.others))
         found = [model.own_wavelengths(names) for model in models]
         return {name: wave for name, wave in found[0].items() if all(name in each for each in found)}
-
-    def sizes(self, values, accuracy: float = DEFAULT_ACCURACY, layer_method: str = "fastest"):
-        """See `ForwardModel`."""
-        return self.main.sizes(values, accuracy, layer_method)
-
-    def coefficients(self, values) -> dict[str, LayerCoefficients]:
-        """See `ForwardModel`."""
-        return self.main.coefficients(values)
 
     def polarised_excess(self, values: Mapping | None = None) -> Float[Array, " points"]:
         """See `ForwardModel`; of the sample with the effects that change it, not those of its areas."""

@@ -7,17 +7,17 @@ import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
-from jaxink.display.brief import brief_repr
 from jaxink.effects.augmented import carriers, extend
+from jaxink.effects.carried import CarriedModel
 from jaxink.effects.kinds import Effect, SampleEffect, ScalingEffect
 from jaxink.errors import InputRefusedError
 from jaxink.measurement import Readings
-from jaxink.model import LayerCoefficients, ReadingsModel
+from jaxink.model import ReadingsModel
 from jaxink.sample import Sample
 from jaxink.solver import DEFAULT_ACCURACY, SolverConfig
 
 
-class AugmentedReadings(eqx.Module):
+class AugmentedReadings(CarriedModel):
     """Predicts readings of a sample with effects that change the sample, or scale what is read.
 
     Parameters
@@ -30,28 +30,9 @@ class AugmentedReadings(eqx.Module):
         Side of each reading.
     """
 
-    __repr__ = brief_repr
-    # See `ForwardModel`.
-    __hash__ = object.__hash__
-
     main: ReadingsModel
     scaling: tuple[ScalingEffect, ...] = eqx.field(static=True)
     is_transmission: Bool[np.ndarray, " readings"]
-
-    @property
-    def sample(self) -> Sample:
-        """The sample with the effects' parameters."""
-        return self.main.sample
-
-    @property
-    def wavelengths_nm(self) -> tuple[float, ...]:
-        """Wavelengths of the readings, ascending."""
-        return self.main.wavelengths_nm
-
-    @property
-    def config(self) -> SolverConfig:
-        """Resolution of the solver."""
-        return self.main.config
 
     @property
     def wavelength_of_point_nm(self) -> Float[np.ndarray, " readings"]:
@@ -66,16 +47,6 @@ class AugmentedReadings(eqx.Module):
     def own_wavelengths(self, names: Collection[str]) -> dict[str, float]:
         """See `ReadingsModel`."""
         return self.main.own_wavelengths(names)
-
-    def sizes(
-        self, values: Mapping, accuracy: float = DEFAULT_ACCURACY, layer_method: str = "fastest"
-    ) -> SolverConfig:
-        """See `ReadingsModel`."""
-        return self.main.sizes(values, accuracy, layer_method)
-
-    def coefficients(self, values: Mapping | None = None) -> dict[str, LayerCoefficients]:
-        """See `ReadingsModel`."""
-        return self.main.coefficients(values)
 
     def bsdf(self, values: Mapping | None = None) -> Float[Array, " readings"]:
         """Predicted values of the readings; see `ReadingsModel.bsdf`."""
