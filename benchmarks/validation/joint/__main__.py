@@ -31,7 +31,7 @@ from jaxink.numerics.digits import percent, rounded, with_uncertainty
 
 RESULTS = Path(__file__).with_name("results.json")
 _DRAWS = range(10)
-_LACKING = range(3)
+_LACKING, _READINGS_LACKING = range(2), range(3)
 _PLANNED = range(3)
 _OF_BSDF, _OF_READINGS = "lacking", "readings that lack"
 # Until so many of them are undecided before.
@@ -66,7 +66,7 @@ def _rows() -> Iterator[tuple[str, str, Callable[[], dict | list]]]:
         for kind in lacking.LACKS:
             name = f"{_OF_BSDF} {seed} {kind}"
             yield "lacking", name, lambda seed=seed, kind=kind: lacking.found(seed, kind)
-    for seed in _LACKING:
+    for seed in _READINGS_LACKING:
         for kind in lacking_readings.LACKS:
             name = f"{_OF_READINGS} {seed} {kind}"
             yield "lacking", name, lambda seed=seed, kind=kind: lacking_readings.found(seed, kind)
