@@ -96,7 +96,6 @@ class Viewing:
         ----------
         CIE 15:2018, sections 7 and 8 (summation in steps of 1 nm; normalisation to the perfect diffuser).
         """
-        light = Illuminant.of(illuminant)
         wavelength_nm = np.asarray(wavelength_nm, float)
         inside = (wavelength_nm >= VISIBLE_NM[0]) & (wavelength_nm <= VISIBLE_NM[1])
         if inside.sum() < 2:
@@ -105,6 +104,8 @@ class Viewing:
                 f"there {'is' if inside.sum() == 1 else 'are'} {_listed(wavelength_nm[inside])}."
             )
         known = wavelength_nm[inside]
+        # Not before: reading the tables takes most of a second, and many measurements have no colour.
+        light = Illuminant.of(illuminant)
         if known[0] < light.wavelength_nm[0] or known[-1] > light.wavelength_nm[-1]:
             raise InputRefusedError(
                 f"the illuminant {light.name} is known from {light.wavelength_nm[0]:g} to "
