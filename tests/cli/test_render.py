@@ -51,12 +51,23 @@ def test_a_sphere_in_a_booth(run, tmp_path):
     assert (tmp_path / "out" / "sphere.png").exists()
 
 
+def test_a_booth_has_all_bodies(run, tmp_path):
+    pytest.importorskip("mitsuba", reason="needs mitsuba: pip install 'jaxink[render]'")
+    done = run("--scene", "booth", "--batches", "2", "--paths", "16", "--no-volume")
+    assert done.exit_code == 0, done.output
+    for body in ("sphere", "plate", "torus"):
+        assert (tmp_path / "out" / body / f"{body}.png").exists()
+        assert "sheet" in json.loads((tmp_path / "out" / body / "render.json").read_text())["lights"]
+
+
 def test_wrong_options(run, told, tmp_path):
     (tmp_path / "clear.toml").write_text(PRINTED[: PRINTED.rindex("[[layers]]")], encoding="utf-8")
     for words, source, named in (
         (("--scene", "moon"), "ink.toml", "--scene"),
         (("--scene", "sphere", "--plate-index", "1.6"), "ink.toml", "--plate-index"),
         (("--scene", "sphere", "--uncorrected", "other"), "ink.toml", "--uncorrected"),
+        (("--scene", "booth", "--uncorrected", "other"), "ink.toml", "--uncorrected"),
+        (("--scene", "booth", "--json"), "ink.toml", "--json"),
         (("--batches", "1"), "ink.toml", "batches"),
         (("--layer", "plate"), "ink.toml", "plate"),
         (FEW, "clear.toml", "clear.toml"),

@@ -282,9 +282,9 @@ def render(
     scene: Annotated[
         str,
         typer.Option(
-            metavar="lightguide|sphere|plate|torus",
+            metavar="lightguide|booth|sphere|plate|torus",
             help="Scene: an edge-lit plate with printed dots; or a sphere, a flat disc or a torus of printed "
-            "plate in a light booth, which needs mitsuba.",
+            "plate in a light booth, which needs mitsuba; booth: all three.",
         ),
     ] = "lightguide",
     uncorrected: Annotated[

@@ -21,7 +21,9 @@ if TYPE_CHECKING:
 LIGHTGUIDE = "lightguide"
 # Bodies in the light booth, as in `jaxink.render.BODIES`.
 BODIES = "sphere", "plate", "torus"
-SCENES = (LIGHTGUIDE, *BODIES)
+# All of them, each in a folder of its own.
+BOOTH = "booth"
+SCENES = (LIGHTGUIDE, BOOTH, *BODIES)
 NUMBERS = "render.json"
 
 
@@ -47,7 +49,7 @@ def run_render(
     scene
         One of `SCENES`.
     out
-        Folder of the numbers, the picture and the batches.
+        Folder of the numbers, the picture and the batches; of the booth, with a folder for each body.
     layers, inside, plate_index, alone
         As for `jaxink.render.RenderedInk.of`, for the ink; the uncorrected one must be clear from its sample.
     effort
@@ -58,12 +60,20 @@ def run_render(
         ``tables``, ``json`` or ``quiet``.
     """
     require_one_of("--scene", scene, SCENES)
-    if scene in BODIES:
+    if scene != LIGHTGUIDE:
         for option, value in (("--plate-index", plate_index), ("--uncorrected", uncorrected)):
             if value is not None:
                 raise InputRefusedError(
                     f"{option} {value} is for the light guide only; leave it out with --scene {scene}."
                 )
+    if scene == BOOTH:
+        if output == "json":
+            bodies = f"{', '.join(BODIES[:-1])} or {BODIES[-1]}"
+            raise InputRefusedError(f"--json prints the numbers of one body; give --scene {bodies}.")
+        alike = layers, inside, plate_index, alone, uncorrected, effort, with_volume, output
+        for body in BODIES:
+            run_render(source, body, out / body, *alike)
+        return ExitCode.FITTED
     require_folder(out)
     session.prepare_jax()
     from jaxink.numerics.progress import log_progress
