@@ -111,6 +111,7 @@ def test_a_project_is_fitted_and_planned(run, project_folder, tmp_path):  # noqa
     assert done.exit_code == 0, done.output
     assert "The model fits within" in done.stdout
     present = [one.name for one in jaxink.load_project(source).measurements]
+    assert "Add this table" not in out.read_text()
     named = tomllib.loads(out.read_text())["measurements"]
     assert [one["name"] for one in named[:-1]] == present
     assert named[-1]["name"] not in present

@@ -41,7 +41,7 @@ class Plate:
 def read_medium(path: Path, enlargement: float = 1.0) -> dict:
     """Numbers of a file of Mitsuba or Speos as a medium of Mitsuba; for the last, see `Plate`."""
     if path.suffix == ".material":
-        return _speos_medium(path)
+        return _speos_medium(path, enlargement)
     (medium,) = ElementTree.parse(path).getroot().findall("medium")
     found = {e.get("name"): float(e.get("value", "nan")) for e in medium.findall("spectrum")}
     values = medium.find("phase/string").get("value")
@@ -53,13 +53,13 @@ def read_medium(path: Path, enlargement: float = 1.0) -> dict:
     }
 
 
-def _speos_medium(path: Path) -> dict:
+def _speos_medium(path: Path, enlargement: float) -> dict:
     read = read_speos_material(path)
     scattering, absorption = read.scattering_per_mm[0, 1], read.absorption_per_mm[0, 1]
     cosines, values = even_table(read.phase)
     return {
         "type": "homogeneous",
-        "sigma_t": {"type": "constvolume", "value": scattering + absorption},
+        "sigma_t": {"type": "constvolume", "value": (scattering + absorption) / enlargement},
         "albedo": {"type": "constvolume", "value": scattering / (scattering + absorption)},
         "phase": {"type": "tabphase", "values": ", ".join(f"{v:.9g}" for v in values / (4 * np.pi))},
     }

@@ -94,15 +94,16 @@ def _write(plan: "MeasurementPlan", result: "FitResult | JointResult", source: P
     from jaxink.planning import next_project
 
     candidate = plan.candidates[plan.best.name]
-    present, sample = dict[str, str](), ""
+    present, sample, project = dict[str, str](), "", ""
     if isinstance(result, jaxink.FitResult):
         # From the folder of the new file, as a project file names its files.
         place = result_file(source).parent / SAMPLE_FILE
         sample = os.path.relpath(place, out.parent)
         present = {"present": result.data.source or "DATA.csv"}
-    texts = next_project(candidate, present, sample)
+    # Elsewhere, the files that the project names would not be found.
     if is_described(source) and source.resolve().parent == out.resolve().parent:
-        texts["next.toml"] = f"{text_of(source, 'project').rstrip()}\n\n{texts['next.toml']}"
+        project = text_of(source, "project")
+    texts = next_project(candidate, present, sample, project)
     paths = []
     for name, text in texts.items():
         path = out if name == "next.toml" else out.parent / name

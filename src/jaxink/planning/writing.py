@@ -11,7 +11,9 @@ from jaxink.planning.menu import Candidate
 _HEAD = "theta_i_deg,theta_o_deg,phi_deg,wavelength_nm,side,bsdf_per_sr,sigma_per_sr"
 
 
-def next_project(candidate: Candidate, present: Mapping[str, str], sample_file: str) -> dict[str, str]:
+def next_project(
+    candidate: Candidate, present: Mapping[str, str], sample_file: str, project: str = ""
+) -> dict[str, str]:
     """Texts of a project file and of the empty table of its new measurement, by file name.
 
     Parameters
@@ -23,9 +25,11 @@ def next_project(candidate: Candidate, present: Mapping[str, str], sample_file: 
         there is.
     sample_file
         The common sample file.
+    project
+        Text of the project file that the measurement is added to; empty for none.
     """
     table = f"{candidate.name}.csv"
-    lines = ["# Add this table to the project file."]
+    lines = [project.rstrip(), ""] if project else ["# Add this table to the project file."]
     if present:
         lines = ["schema_version = 1", f"sample = {json.dumps(sample_file)}", ""]
     for name, file in present.items():

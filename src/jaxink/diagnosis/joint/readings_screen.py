@@ -7,7 +7,7 @@ import numpy as np
 
 from jaxink.diagnosis.search.direction import SCREEN, Direction
 from jaxink.diagnosis.search.options import DiagnosisOptions
-from jaxink.diagnosis.search.problem import MODEL
+from jaxink.diagnosis.search.problem import listed_in
 from jaxink.effects import (
     Case,
     Effect,
@@ -15,7 +15,6 @@ from jaxink.effects import (
     ScalingEffect,
     Scene,
     declared_effects,
-    effects_for,
     extend,
     readings_model,
 )
@@ -115,12 +114,11 @@ def _forms(
     declared = declared_effects(sample)
     names = {effect.name for effect in declared}
     noise = float(np.min(part.sigma / np.abs(readings.value)))
-    case, found = Case(extend(sample, declared), scene, noise, options.fit.accuracy), tuple[Effect, ...]()
-    for kind in options.catalogue:
-        if issubclass(kind, SampleEffect | ScalingEffect) and kind.name not in names:
-            with failures.sparing(MODEL, kind.name):
-                found += effects_for(case, (kind,)).forms
-    return found
+    case = Case(extend(sample, declared), scene, noise, options.fit.accuracy)
+    kinds = [
+        k for k in options.catalogue if issubclass(k, SampleEffect | ScalingEffect) and k.name not in names
+    ]
+    return listed_in(case, kinds, failures).forms
 
 
 def _at_zero(changed: _Changed) -> list[Direction]:

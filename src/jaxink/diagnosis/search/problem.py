@@ -1,7 +1,7 @@
 """What a search is about: sample, measurement, noise and catalogue, its thresholds, and the time for it."""
 
 import dataclasses
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
 from functools import cached_property
 
 import numpy as np
@@ -105,14 +105,7 @@ class SearchProblem:
         relative = float(np.min(self.noise.sigma_per_sr / np.abs(self.data.bsdf_per_sr[self.data.used])))
         # Effects that divide a layer act last: all others see it undivided.
         whole = extend(self.sample, undivided((*declared, *accepted)))
-        case, found = Case(whole, self.scene, relative, self.accuracy), Listed((), {})
-        for candidate in rest:
-            with self.failures.sparing(MODEL, candidate.name):
-                one = effects_for(case, (candidate,))
-                # Asked for throughout a search; an effect of a user's own may compute them.
-                _ = [(form.terms, form.settings, form.program) for form in one.forms]
-                found = Listed(found.forms + one.forms, found.not_testable | one.not_testable)
-        return found
+        return listed_in(Case(whole, self.scene, relative, self.accuracy), rest, self.failures)
 
     def objective(
         self, effects: tuple[Effect, ...], n_slots: int, added_at_once: int = 1
@@ -128,6 +121,18 @@ class SearchProblem:
         most = max((len(e.terms) for e in inside), default=1)
         n_slots = len(self.sample.parameters.free) + max(_FURTHER_SLOTS, n_accepted + most)
         return self.objective(accepted + inside, n_slots)
+
+
+def listed_in(case: Case, candidates: Iterable[type[Effect]], failures: Failures) -> Listed:
+    """Effects that a case may have; those that fail are left out, and noted."""
+    found = Listed((), {})
+    for candidate in candidates:
+        with failures.sparing(MODEL, candidate.name):
+            one = effects_for(case, (candidate,))
+            # Asked for throughout a search; an effect of a user's own may compute them.
+            _ = [(form.terms, form.settings, form.program) for form in one.forms]
+            found = Listed(found.forms + one.forms, found.not_testable | one.not_testable)
+    return found
 
 
 def problem_of(
