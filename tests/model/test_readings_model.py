@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from jaxink.measurement import Readings, Spheres
-from jaxink.model.forward import ForwardModel
+from jaxink.model.forward import ForwardModel, evaluate
 from jaxink.model.readings import ReadingsModel
 from jaxink.optics.directions import Directions
 from jaxink.sample import parse_sample
@@ -76,7 +76,7 @@ def test_totals_and_regular_light_are_those_of_the_solver():
     expected = [
         reflected, reflected - specular, specular, transmitted, transmitted - collimated, collimated
     ]  # fmt: skip
-    np.testing.assert_allclose(model.bsdf(), expected, rtol=1e-12)
+    np.testing.assert_allclose(evaluate(model), expected, rtol=1e-12)
 
 
 BETWEEN_SLIDES = """
@@ -117,7 +117,7 @@ def test_totals_are_those_of_adding_doubling(absorption, asymmetry, reflected, t
     """Computed by the iad program: github.com/scottprahl/iad, tests/rxt/0_sphere/basic_B and basic_C."""
     sample = parse_sample(BETWEEN_SLIDES.format(absorption=absorption, asymmetry=asymmetry))
     each = readings(("R_total", 0, NAN), ("T_total", 0, NAN), ("T_collimated", 0, NAN))
-    predicted = np.asarray(ReadingsModel(sample, each, accuracy=1e-4).bsdf())
+    predicted = evaluate(ReadingsModel(sample, each, accuracy=1e-4))
     np.testing.assert_allclose(predicted[:2], [reflected, transmitted], atol=5e-5)
     assert collimated is None or predicted[2] == pytest.approx(collimated, rel=5e-5)
 
@@ -127,7 +127,7 @@ def test_a_rough_face_scatters_what_is_then_no_longer_regular():
     sample = sample_of(UNMATCHED, "thickness_mm = 1.0\n", roughness)
     config = dataclasses.replace(CONFIG, n_orders=1)
     model = ReadingsModel(sample, readings(*ALL), config)
-    predicted = np.asarray(model.bsdf())
+    predicted = evaluate(model)
     stack, plan = stack_and_plan(model)
     (reflected,), (transmitted,) = hemispherical_power(stack, EIGHT, config, plan)
     np.testing.assert_allclose(predicted, [reflected, reflected, 0, transmitted, transmitted, 0], rtol=1e-10)
@@ -139,7 +139,7 @@ def test_reflectance_factors_are_pi_times_the_bsdf():
     )
     stack, plan = stack_and_plan(model)
     at = Directions.from_degrees([45.0, 0.0, 45.0], [0.0, 45.0, 30.0], np.full(3, 180.0), np.zeros(3, bool))
-    predicted = np.asarray(model.bsdf())
+    predicted = evaluate(model)
     np.testing.assert_allclose(predicted, np.pi * diffuse_bsdf(stack, at, CONFIG, plan), rtol=1e-12)
     assert predicted[0] == pytest.approx(predicted[1], rel=1e-10)
 
@@ -148,7 +148,7 @@ def test_reflectance_factors_are_pi_times_the_bsdf():
 def test_a_backing_adds_to_the_reflectance_alone(backing):
     model = ReadingsModel(parse_sample(UNMATCHED + backing), readings(*ALL), CONFIG)
     alone = ReadingsModel(sample_of(UNMATCHED), readings(*ALL), CONFIG)
-    change = np.asarray(model.bsdf()) - np.asarray(alone.bsdf())
+    change = evaluate(model) - evaluate(alone)
     np.testing.assert_allclose(change[2:], 0, atol=1e-12)
     assert change[0] == pytest.approx(change[1])
     assert (change[0] > 0.1) == bool(backing)
@@ -158,14 +158,14 @@ def test_a_backing_adds_to_the_reflectance_alone(backing):
 def test_a_sample_without_absorption_loses_no_light(index_back):
     text = with_back(edited(UNMATCHED, ("absorption_per_mm = 0.05", "absorption_per_mm = 0")), index_back)
     each = [(name, angle, NAN) for angle in (0, 8, 45) for name in ("R_total", "T_total")]
-    predicted = np.asarray(ReadingsModel(parse_sample(text), readings(*each), CONFIG).bsdf())
+    predicted = evaluate(ReadingsModel(parse_sample(text), readings(*each), CONFIG))
     np.testing.assert_allclose(predicted.reshape(3, 2).sum(axis=1), 1, atol=1e-4)
 
 
 def test_diffuse_illumination_is_reflected_as_light_from_the_angle_of_view():
     each = [(name, 8, NAN) for name in ("R_total", "R_diffuse")]
     each += [(name, NAN, 8) for name in ("R_di_8", "R_de_8")]
-    there = np.asarray(ReadingsModel(sample_of(UNMATCHED), readings(*each), CONFIG).bsdf())
+    there = evaluate(ReadingsModel(sample_of(UNMATCHED), readings(*each), CONFIG))
     np.testing.assert_allclose(there[:2], there[2:], rtol=1e-12)
 
 
@@ -177,7 +177,7 @@ def test_light_seen_through_is_the_integral_of_the_btdf_over_the_incidences(inde
         readings(("T_di_8", NAN, 8), ("T_de_8", NAN, 8), ("T_di_8", NAN, 40)),
         CONFIG,
     )
-    seen = np.asarray(model.bsdf())
+    seen = evaluate(model)
     stack, plan = stack_and_plan(model)
     nodes, weights = np.polynomial.legendre.leggauss(24)
     # cos(theta_i) dOmega = pi d(sin^2), twice where the azimuths are mirrored.
@@ -201,7 +201,7 @@ def test_a_symmetric_sample_is_seen_through_as_it_transmits():
     matched = "refractive_index = 1.49", "refractive_index = 1.53"
     sample = sample_of(UNMATCHED, *matched, "absorption_per_mm = 0.05", "absorption_per_mm = 0.0")
     each = readings(("T_total", 8, NAN), ("T_di_8", NAN, 8), ("T_diffuse", 8, NAN), ("T_de_8", NAN, 8))
-    total, seen, diffuse, seen_diffuse = np.asarray(ReadingsModel(sample, each, CONFIG).bsdf())
+    total, seen, diffuse, seen_diffuse = evaluate(ReadingsModel(sample, each, CONFIG))
     assert (total, diffuse) == pytest.approx((seen, seen_diffuse), rel=1e-10)
 
 
@@ -211,7 +211,7 @@ def test_collimated_light_follows_beer_and_lambert(angle):
     unity = "refractive_index = 1.0"
     changes = "refractive_index = 1.49", unity, "refractive_index = 1.53", unity
     sample = sample_of(UNMATCHED, *changes, "absorption_per_mm = 0\n", "absorption_per_mm = 2.5\n")
-    (predicted,) = np.asarray(ReadingsModel(sample, readings(("T_collimated", angle, NAN)), CONFIG).bsdf())
+    (predicted,) = evaluate(ReadingsModel(sample, readings(("T_collimated", angle, NAN)), CONFIG))
     depth = 1.0 * 0.05 + 0.04 * (80 + 2.5)
     assert predicted == pytest.approx(np.exp(-depth / np.cos(np.deg2rad(angle))), rel=1e-10)
 
@@ -227,7 +227,7 @@ def test_one_stack_is_solved_at_each_wavelength():
     assert model.coefficients({})["ink"].scattering_per_mm.shape == (2,)
     # No parameter depends on the wavelength, and the order of the readings does not matter.
     alone = ReadingsModel(model.sample, dataclasses.replace(each, wavelength_nm=np.full(8, 500.0)), CONFIG)
-    np.testing.assert_allclose(model.bsdf(), alone.bsdf(), rtol=1e-12)
+    np.testing.assert_allclose(evaluate(model), evaluate(alone), rtol=1e-12)
 
 
 def test_totals_need_one_azimuthal_order():
@@ -235,7 +235,7 @@ def test_totals_need_one_azimuthal_order():
     totals = ReadingsModel(sample, readings(ALL[0]))
     assert totals.config.n_orders == totals.sizes({}).n_orders == 1
     finer = ReadingsModel(sample, readings(ALL[0]), CONFIG)
-    np.testing.assert_allclose(totals.bsdf(), finer.bsdf(), rtol=1e-4)
+    np.testing.assert_allclose(evaluate(totals), evaluate(finer), rtol=1e-4)
 
 
 ROUGH = 'front_roughness = { density = "ggx", sigma_deg = 12 }\n'
@@ -251,7 +251,7 @@ def test_only_light_along_the_normal_needs_one_azimuthal_order(faces, angles_deg
     wave, behind = np.array([550.0]), np.array([False])
     all_orders = ForwardModel(sample, theta_i, theta_o, np.array([180.0]), wave, behind, CONFIG)
     assert all_orders.config.n_orders > 1
-    np.testing.assert_allclose(factor.bsdf(), np.pi * all_orders.bsdf(), rtol=1e-12)
+    np.testing.assert_allclose(evaluate(factor), np.pi * evaluate(all_orders), rtol=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -279,7 +279,7 @@ class TestSpheres:
 
     def read(self, sample, row, reference, fraction=FRACTION):
         spheres = Spheres(*(np.array([x]) for x in (self.WALL, fraction, reference)))
-        return float(ReadingsModel(sample, readings(row, spheres=spheres), CONFIG).bsdf()[0])
+        return float(evaluate(ReadingsModel(sample, readings(row, spheres=spheres), CONFIG))[0])
 
     def diffuse_reflectance(self, stack):
         """Of uniformly diffuse light, by quadrature over the squared sine."""
@@ -303,21 +303,21 @@ class TestSpheres:
         facing = self.diffuse_reflectance(turned(stack) if is_behind else stack)
         wall = 1 - (1 - self.FRACTION) * self.WALL
         expected = (wall - self.FRACTION * reference) / (wall - self.FRACTION * facing)
-        read = self.read(sample, row, reference) / float(model.bsdf()[0])
+        read = self.read(sample, row, reference) / float(evaluate(model)[0])
         assert read == pytest.approx(expected, rel=1e-4)
         assert abs(expected - 1) > 0.01
 
     def test_a_vanishing_port_is_ideal(self):
         sample, row = sample_of(), ("R_total", 8, NAN)
         assert self.read(sample, row, 0.9, fraction=0.0) == pytest.approx(
-            float(ReadingsModel(sample, readings(row), CONFIG).bsdf()[0]), rel=1e-12
+            float(evaluate(ReadingsModel(sample, readings(row), CONFIG))[0]), rel=1e-12
         )
 
     def test_a_sample_that_reflects_as_the_reference_reads_as_in_an_ideal_sphere(self):
         row = ("R_total", 8, NAN)
         model = ReadingsModel(sample_of(), readings(row), CONFIG)
         same = self.diffuse_reflectance(stack_and_plan(model)[0])
-        assert self.read(model.sample, row, same) == pytest.approx(float(model.bsdf()[0]), rel=1e-5)
+        assert self.read(model.sample, row, same) == pytest.approx(float(evaluate(model)[0]), rel=1e-5)
 
 
 def test_a_sample_with_effects_is_refused(refused):
@@ -328,6 +328,6 @@ def test_a_sample_with_effects_is_refused(refused):
 
 def test_transmission_through_an_opaque_backing_is_refused(refused):
     sample = parse_sample(UNMATCHED + '\n[backing]\nreflectance = 0.6\nside = "both"\n')
-    assert np.isfinite(ReadingsModel(sample, readings(ALL[0]), CONFIG).bsdf()).all()
+    assert np.isfinite(evaluate(ReadingsModel(sample, readings(ALL[0]), CONFIG))).all()
     with refused("backing", "side"):
         ReadingsModel(sample, readings(ALL[3]), CONFIG)

@@ -1,7 +1,8 @@
 """``jaxink render``."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +17,7 @@ from jaxink.files.writing import require_folder, written_whole
 from jaxink.numerics.digits import with_uncertainty
 
 if TYPE_CHECKING:
-    from jaxink.render import BoothRendering, GuideRendering
+    from jaxink.render import BoothRendering, GuideRendering, PrintedPlate
 
 LIGHTGUIDE = "lightguide"
 # Bodies in the light booth, as in `jaxink.render.BODIES`.
@@ -66,28 +67,34 @@ def run_render(
                 raise InputRefusedError(
                     f"{option} {value} is for the light guide only; leave it out with --scene {scene}."
                 )
-    if scene == BOOTH:
-        if output == "json":
-            bodies = f"{', '.join(BODIES[:-1])} or {BODIES[-1]}"
-            raise InputRefusedError(f"--json prints the numbers of one body; give --scene {bodies}.")
-        alike = layers, inside, plate_index, alone, uncorrected, effort, with_volume, output
-        for body in BODIES:
-            run_render(source, body, out / body, *alike)
-        return ExitCode.FITTED
-    require_folder(out)
+    if scene == BOOTH and output == "json":
+        bodies = f"{', '.join(BODIES[:-1])} or {BODIES[-1]}"
+        raise InputRefusedError(f"--json prints the numbers of one body; give --scene {bodies}.")
+    places = {body: out / body for body in BODIES} if scene == BOOTH else {scene: out}
+    for place in places.values():
+        require_folder(place)
     session.prepare_jax()
+    chosen = list(layers) or None
+    # One plate for all bodies: its tables take the longest of what comes before the paths.
+    plate = cache(partial(_printed_plate, source, chosen, inside, alone))
+    for name, place in places.items():
+        picture = place / f"{name}.png"
+        if name in BODIES:
+            make = partial(_booth, plate, name, place, effort, with_volume)
+        else:
+            inks = (source, chosen, inside, plate_index, alone), uncorrected
+            make = partial(_light_guide, *inks, place, effort, with_volume)
+        _render_into(place, picture, make, output)
+    return ExitCode.FITTED
+
+
+def _render_into(out: Path, picture: Path, make: Callable[..., Any], output: str) -> None:
+    """Render one scene with a display of its progress, and write and show its numbers."""
     from jaxink.numerics.progress import log_progress
 
-    picture, chosen = out / f"{scene}.png", list(layers) or None
     try:
         with session.progress(quiet=output != "tables") as following:
-            follow = following or log_progress
-            if scene in BODIES:
-                given = (source, chosen, inside, alone)
-                numbers, show = _booth(given, scene, out, effort, with_volume, follow, picture)
-            else:
-                inks = (source, chosen, inside, plate_index, alone), uncorrected
-                numbers, show = _light_guide(*inks, out, effort, with_volume, follow, picture)
+            numbers, show = make(follow=following or log_progress, picture=picture)
     except KeyboardInterrupt:
         typer.echo("jaxink: the finished batches are kept; go on with the same command.", err=True)
         raise
@@ -98,7 +105,6 @@ def run_render(
     elif output == "tables":
         show()
         console().print(f"\nWritten: {picture}, {out / NUMBERS}.", soft_wrap=True)
-    return ExitCode.FITTED
 
 
 def _light_guide(given, uncorrected: Path | None, out: Path, effort, with_volume, follow, picture: Path):
@@ -114,22 +120,23 @@ def _light_guide(given, uncorrected: Path | None, out: Path, effort, with_volume
     return found.to_dict(), lambda: _show(found)
 
 
-def _booth(given, body: str, out: Path, effort, with_volume, follow, picture: Path):
-    """As `_light_guide`, for a body in the booth."""
-    from jaxink.render import BODIES as KINDS
-    from jaxink.render import (
-        Booth,
-        BoothEffort,
-        PrintedPlate,
-        render_booth,
-        require_mitsuba,
-        save_booth_figure,
-    )
+def _printed_plate(source: Path, layers: list[str] | None, inside: str | None, alone: bool) -> "PrintedPlate":
+    from jaxink.render import PrintedPlate, require_mitsuba
 
     # Before the tables are computed.
     require_mitsuba()
+    return PrintedPlate.of(source, layers, inside, alone)
+
+
+def _booth(
+    plate: Callable[[], "PrintedPlate"], body: str, out: Path, effort, with_volume, follow, picture: Path
+):
+    """As `_light_guide`, for a body in the booth."""
+    from jaxink.render import BODIES as KINDS
+    from jaxink.render import Booth, BoothEffort, render_booth, save_booth_figure
+
     wanted, booth = BoothEffort(**effort), Booth(KINDS[body]())
-    found = render_booth(PrintedPlate.of(*given), out, booth, wanted, with_volume, follow)
+    found = render_booth(plate(), out, booth, wanted, with_volume, follow)
     save_booth_figure(found, picture)
     return found.to_dict(), lambda: _show_booth(found)
 

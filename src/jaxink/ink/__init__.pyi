@@ -7,6 +7,7 @@ from .boundary_validity import validity_checks as validity_checks
 from .comparison import LARGEST_THETA_DEG as LARGEST_THETA_DEG
 from .comparison import TableComparison as TableComparison
 from .comparison import compare_tables as compare_tables
+from .comparison import compare_with_each as compare_with_each
 from .foresight import NEGLIGIBLE as NEGLIGIBLE
 from .foresight import SAME_INDEX as SAME_INDEX
 from .foresight import ExpectedTable as ExpectedTable

@@ -86,17 +86,29 @@ class TableComparison:
 
 
 def compare_tables(before: Sample, after: Sample, wavelengths_nm: Sequence[float]) -> TableComparison:
-    """Tabulate the only scattering layer of a sample by two models of it.
+    """Tabulate the only scattering layer of a sample by two models of it; see `compare_with_each`."""
+    return compare_with_each(before, [after], wavelengths_nm)[0]
 
-    Layers that only the second model has belong to the ink, and so do layers of air between the ink and a
+
+def compare_with_each(
+    before: Sample, others: Sequence[Sample], wavelengths_nm: Sequence[float]
+) -> list[TableComparison]:
+    """Tabulate the only scattering layer of a sample by one model of it, and by each of some others.
+
+    Layers that only another model has belong to the ink, and so do layers of air between the ink and a
     further layer, so that both tables are between the same media.
 
     Parameters
     ----------
-    before, after
-        The sample by both models; only its layers matter, not its backing, beam or instrument.
+    before, others
+        The sample by its models; only its layers matter, not its backing, beam or instrument.
     wavelengths_nm
         Wavelengths.
+
+    Returns
+    -------
+    list
+        The comparison with each of the others, in their order; the first model is tabulated once.
 
     Raises
     ------
@@ -110,8 +122,12 @@ def compare_tables(before: Sample, after: Sample, wavelengths_nm: Sequence[float
             f"the sample has {len(ink)} scattering layers ({', '.join(ink)}); the comparison needs "
             "exactly one."
         )
-    found = tuple(layer.name for layer in after.layers if layer.name not in known)
     ink += adjacent_air(before, ink)
     options = dataclasses.replace(_OPTIONS, inside=find_ink(before, ink).inside)
-    inks = (before, ink), (after, ink + found)
-    return TableComparison(*in_threads(lambda of: ink_table(*of, wavelengths_nm, options=options), inks))
+
+    def table(sample: Sample) -> InkTable:
+        found = tuple(layer.name for layer in sample.layers if layer.name not in known)
+        return ink_table(sample, ink + found, wavelengths_nm, options=options)
+
+    first, *tables = in_threads(table, [before, *others])
+    return [TableComparison(first, one) for one in tables]

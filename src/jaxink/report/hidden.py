@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from jaxink.diagnosis import HiddenEffect
 from jaxink.effects import with_values
 from jaxink.errors import InputRefusedError
-from jaxink.ink import compare_tables
+from jaxink.ink import compare_with_each
 from jaxink.plots import drawn_wavelengths
 
 if TYPE_CHECKING:
@@ -29,14 +29,25 @@ def hidden_changes(diagnosis: "Diagnosis") -> list[HiddenChange] | str:
 
     Only what the effect does through the parameters counts; the wavelength is the first that is drawn.
     """
-    sample, wavelength = diagnosis.corrected.sample, drawn_wavelengths(diagnosis)[0]
-    values, found = diagnosis.corrected.values, []
+    corrected, leading = diagnosis.corrected, diagnosis.hidden[:_MOST]
+    sample, wavelength = corrected.sample, drawn_wavelengths(diagnosis)[0]
+    shifted = [
+        {
+            name: corrected.values[name] + shift
+            for name, shift in one.shifts.items()
+            if name in corrected.values
+        }
+        for one in leading
+    ]
+    others = [
+        dataclasses.replace(sample, parameters=with_values(sample.parameters, values)) for values in shifted
+    ]
     try:
-        for hidden in diagnosis.hidden[:_MOST]:
-            shifted = {name: values[name] + shift for name, shift in hidden.shifts.items() if name in values}
-            there = dataclasses.replace(sample, parameters=with_values(sample.parameters, shifted))
-            change = compare_tables(sample, there, (wavelength,)).of(_COMPONENT)
-            found.append(HiddenChange(hidden, change.rms_percent))
+        changes = compare_with_each(sample, others, (wavelength,)) if others else []
     except InputRefusedError as problem:
         return f"The ink's BSDF inside the plate cannot be tabulated: {problem}"
+    found = [
+        HiddenChange(hidden, change.of(_COMPONENT).rms_percent)
+        for hidden, change in zip(leading, changes, strict=True)
+    ]
     return sorted(found, key=lambda one: -one.percent)
