@@ -128,7 +128,12 @@ def with_tables(page: str, text: str) -> str:
     """Text of a page with its tables as they are now, each of them once."""
     tables = PAGES[page]
     names = [name for _, name, _ in _TABLE.findall(text)]
-    assert sorted(names) == sorted(tables), f"{page} has the tables {names}, not {list(tables)}"
+    assert len(set(names)) == len(names), f"{page} has a table twice: {names}"
+    missing, unknown = set(tables) - set(names), set(names) - set(tables)
+    assert not missing | unknown, (
+        f"{page} lacks the tables {missing} and has {unknown}, which are not known; each stands between "
+        "<!-- table: NAME --> and <!-- end of table -->"
+    )
     return _TABLE.sub(lambda found: found[1] + tables[found[2]] + found[3], text)
 
 

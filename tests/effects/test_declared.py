@@ -53,7 +53,11 @@ def test_the_screen_sees_every_effect_with_a_program_of_its_own():
     assert not unseen
 
 
-@pytest.mark.parametrize("program", PROGRAMS, ids=" ".join)
+def _names(program):
+    return " ".join([*program, *(form.name for form in PROGRAMS[program])])
+
+
+@pytest.mark.parametrize("program", PROGRAMS, ids=_names)
 def test_declared_written_and_read_an_effect_predicts_the_same(program):
     forms = tuple(PROGRAMS[program])
     base = sample_for(program[0], forms)

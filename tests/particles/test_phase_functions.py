@@ -5,6 +5,7 @@ import pytest
 
 from jaxink.numerics.legendre import moments_of_function
 from jaxink.particles.phase_function import (
+    PHASE_FUNCTIONS,
     HenyeyGreenstein,
     Rayleigh,
     TabulatedByAngle,
@@ -30,6 +31,10 @@ ALL = {
     "by angle": TabulatedByAngle(COSINES, henyey_greenstein_table(0.7)),
     "by moments": TabulatedByMoments(0.5 ** np.arange(40)),
 }
+
+
+def test_every_phase_function_of_a_sample_file_is_checked():
+    assert {type(phase) for phase in ALL.values()} >= set(PHASE_FUNCTIONS.values())
 
 
 @pytest.mark.parametrize("phase", ALL.values(), ids=ALL.keys())

@@ -137,7 +137,10 @@ def judge(evidence: Evidence, policy: SearchPolicy = DEFAULT_POLICY) -> Verdict:
         sentence += f" Given this misfit, the data do not determine {', '.join(evidence.undetermined)}."
     broken = [c.sentence for c in evidence.consistency if c.exceeds_noise]
     if broken:
-        sentence += f" The data are inconsistent: {'; '.join(broken)}."
+        # Pairs are compared as they were read: what was found of the instrument may be why they differ.
+        corrected = any(step.form.group == "instrument" for step in evidence.steps)
+        subject = "Before this correction, the data" if corrected else "The data"
+        sentence += f" {subject} are inconsistent: {'; '.join(broken)}."
     return dataclasses.replace(verdict, sentence=sentence)
 
 
