@@ -11,7 +11,7 @@ from scipy.special import gammaln
 
 from jaxink.errors import InputRefusedError
 from jaxink.numerics.precision import require_float64
-from jaxink.numerics.validity import is_known
+from jaxink.numerics.validity import is_known, known_array
 from jaxink.optics import Directions, propagating_cosine
 from jaxink.solver.config import SolverConfig
 from jaxink.solver.plan import ChannelPlan, plan_channels
@@ -241,12 +241,21 @@ def regular_power(
         Share of the incident power, attenuated by the true optical thickness.
     """
     require_float64()
+    sin_incidence = known_array(sin_incidence)
+    solve = _compiled_regular if is_known((stack, sin_incidence)) else _regular_power
+    return solve(stack, sin_incidence)
+
+
+def _regular_power(stack, sin_incidence):
     kappa = stack.index_front * sin_incidence
     indices = jnp.stack(stack.indices)
     thickness = jnp.stack([layer.optical_thickness for layer in stack.layers])
     squared = 1 - (kappa / indices[:, None]) ** 2
     fields = regular_fields(indices, squared, thickness, stack.kept_regular(squared))
     return fields.reflection, fields.transmission
+
+
+_compiled_regular = eqx.filter_jit(_regular_power)
 
 
 def hemispherical_power(

@@ -3,10 +3,12 @@
 import dataclasses
 from typing import NamedTuple
 
+import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float
 
 from jaxink.numerics.precision import require_float64
+from jaxink.numerics.validity import is_known
 from jaxink.optics import Directions
 from jaxink.solver.bsdf import bsdf_of_response, kappa_of, power_of_response, raised_to_zero
 from jaxink.solver.config import SolverConfig
@@ -70,6 +72,11 @@ def collected_light(
     uniformly diffuse light is (n_back / n_front)^2 times what the stack transmits from there to the front.
     """
     require_float64()
+    collect = _compiled_light if is_known((stack, sin_incidence, sin_view, plan)) else _collected_light
+    return collect(stack, directions, sin_incidence, sin_view, config, plan)
+
+
+def _collected_light(stack, directions, sin_incidence, sin_view, config, plan) -> CollectedLight:
     # From a backing follows what is reflected to the back, even if it reflects nothing.
     backing = jnp.zeros(()) if stack.backing is None else stack.backing
     stack = dataclasses.replace(stack, backing=backing, lateral=None)
@@ -92,6 +99,9 @@ def collected_light(
         (stack.index_back / stack.index_front) ** 2 * turned,
         *_diffuse_reflectances(stack, channels, response),
     )
+
+
+_compiled_light = eqx.filter_jit(_collected_light)
 
 
 def _diffuse_reflectances(stack: Stack, channels: StackChannels, response: StackResponse):
