@@ -107,6 +107,7 @@ NAMES = {
         theta_refl, theta_reflected, theta_transmitted, theta_view, theta_viewing, theta_det,
         theta_detector, theta_exit, theta_obs, outgoing_theta, viewing_angle, view_angle, angle_of_view,
         exit_angle, exiting_angle, observation_angle, angle_of_observation, outgoing_angle,
+        detection_angle, angle_of_detection, detector_angle, receiver_angle, receiving_angle,
         reflection_angle, angle_of_reflection, emergence_angle, view_zenith_angle, viewing_zenith_angle,
         Ausfallswinkel, Ausfallwinkel, Austrittswinkel, Beobachtungswinkel, Betrachtungswinkel,
         Abstrahlwinkel, Reflexionswinkel, theta_aus, angle d'observation, angle de vue,

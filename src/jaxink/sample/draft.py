@@ -240,7 +240,7 @@ class _Writer:
         several = len(self.wavelengths) > 1
         if self.draft.ink_um == OPAQUE:
             yield "# The layer is opaque, so only scattering / (scattering + absorption) matters."
-            yield _free("single_scattering_albedo", 0.95, 0.01, 0.9999, several)
+            yield _free("single_scattering_albedo", 0.95, 0.01, 1, several)
             return
         thickness_mm = float(self.draft.ink_um) / 1000
         low, high = (_rounded(limit / thickness_mm) for limit in _OPTICAL_THICKNESS)
