@@ -8,6 +8,7 @@ from jaxtyping import Float
 from jaxink.display.brief import brief_repr
 from jaxink.errors import InputRefusedError
 from jaxink.measurement.dataset import GonioData
+from jaxink.measurement.neighbours import values_of_neighbours
 from jaxink.measurement.noise import MINIMUM_PAIRS, estimate_noise
 from jaxink.measurement.noise_model import NoiseEstimate, NoiseLevel
 from jaxink.measurement.one_sample import UNLIKE, refuse_other_samples
@@ -36,7 +37,8 @@ class Noise:
     Parameters
     ----------
     relative, floor_per_sr
-        Independent for each point: sigma^2 = (relative f)^2 + floor^2; ``relative`` is None if not declared.
+        Independent for each point: sigma^2 = (relative f)^2 + floor^2, where f is the value of the point by
+        `values_of_neighbours`; ``relative`` is None if not declared.
     scan_relative
         Standard deviation of the unknown common factor of each scan; None if not declared: `noise_of` then
         allows for `USUAL_SCAN_RELATIVE`, or estimates it with the rest.
@@ -103,6 +105,9 @@ def noise_of(data: GonioData, declared: Noise) -> FitNoise:
                 "noise.relative and noise.floor_per_sr give a standard deviation of 0 at some points; give a "
                 "noise.floor_per_sr above 0."
             )
+        with np.errstate(divide="ignore"):
+            values = values_of_neighbours(data, sigma / np.abs(bsdf))
+        sigma = np.hypot(declared.relative * values, declared.floor_per_sr)
         origin = f"declared: {declared.relative:.3g} of the value, floor {declared.floor_per_sr:.3g} /sr"
         return _stated(sigma, origin, declared)
     return _estimated(data, declared.scan_relative)
@@ -136,7 +141,8 @@ def _estimated(data: GonioData, scan_relative: float | None) -> FitNoise:
     if scan_relative is None and factor == 0 and estimate.adopted != "reciprocal":
         factor = USUAL_SCAN_RELATIVE
         origin += " How well scans repeat is taken as usual."
-    return FitNoise(relative * np.abs(bsdf), factor, origin, level=estimate.level)
+    sigma = relative * values_of_neighbours(data, relative)
+    return FitNoise(sigma, factor, origin, level=estimate.level)
 
 
 def _refuse_exact_zeros(data: GonioData) -> None:

@@ -11,10 +11,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 
 from jaxink.measurement.dataset import GonioData
-from jaxink.measurement.pairs import ANGLE_TOLERANCE_DEG
+from jaxink.measurement.scan_lines import scan_lines
 
 _ORDER = 4
 # Differences of every second point above this many standard deviations reveal curvature, which then is below
@@ -139,22 +139,6 @@ def _roughness(scan: int, lines: list[_Line]) -> ScanRoughness | None:
 
 def _lines(data: GonioData, scan: int) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
     """Positions, mean values and numbers of readings along the planes of a scan, or around its rings."""
-    here = np.flatnonzero(data.used & (data.scan_index == scan))
-    polar, azimuth = data.theta_o_deg[here], data.phi_deg[here]
-    value = data.bsdf_per_sr[here]
-    plane = np.rint(np.mod(azimuth, 180) / ANGLE_TOLERANCE_DEG).astype(int) % round(180 / ANGLE_TOLERANCE_DEG)
-    ring = np.rint(polar / ANGLE_TOLERANCE_DEG).astype(int)
-    signed = np.where(np.cos(np.deg2rad(azimuth - plane * ANGLE_TOLERANCE_DEG)) >= 0, polar, -polar)
-    line, along = plane, signed
-    if np.unique(ring).size < np.unique(plane).size:
-        line, along = ring, azimuth
-    for number in np.unique(line):
-        these = np.flatnonzero(line == number)
-        position, group = _distinct(along[these])
+    for points, position, group in scan_lines(data, scan):
         count = np.bincount(group)
-        yield position, np.bincount(group, weights=value[these]) / count, count
-
-
-def _distinct(along: np.ndarray) -> tuple[np.ndarray, Int[np.ndarray, " points"]]:
-    _, first, group = np.unique(np.rint(along / ANGLE_TOLERANCE_DEG), return_index=True, return_inverse=True)
-    return along[first], group.reshape(-1)
+        yield position, np.bincount(group, weights=data.bsdf_per_sr[points]) / count, count

@@ -118,7 +118,8 @@ NOISE = {
         0.0,
         1.0,
         otherwise="none",
-        meaning="relative part; without it, sigma is taken from the file or estimated from the values",
+        meaning="share of the value that a point's neighbours have; without it, sigma is taken from the file "
+        "or estimated from the values",
     ),
     "floor_per_sr": Quantity("1/sr", 0.0, math.inf, 0.0, meaning="constant part"),
     "scan_relative": Quantity(
