@@ -34,7 +34,7 @@ class Merit:
     rmsd_relative
         Root mean square of (m - s) / (0.5 (m + s)).
     rmsd_logarithmic
-        The same for the natural logarithms of m and s.
+        The same for the natural logarithms of m and s: of (ln m - ln s) / (0.5 (ln m + ln s)).
     relative_rms
         Root mean square of s / m - 1.
     """
