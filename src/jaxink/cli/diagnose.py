@@ -11,7 +11,7 @@ from jaxink.cli import session
 from jaxink.cli.fit import input_words
 from jaxink.cli.session import ExitCode
 from jaxink.files.encoding import json_text
-from jaxink.files.result_folder import UNFINISHED, require_not_replaced
+from jaxink.files.result_folder import REPORT_FILE, UNFINISHED, require_not_replaced
 from jaxink.files.writing import require_folder
 from jaxink.numerics.failures import Failures
 
@@ -33,7 +33,7 @@ def run_diagnose(
     ``tables``, ``json`` or ``quiet``. ``is_resumed``: go on from what a stopped one left in ``out``.
     """
     require_folder(out)
-    require_not_replaced(out, [*data_files, sample_file])
+    require_not_replaced(out, [*data_files, sample_file], REPORT_FILE)
     data, sample = jaxink.read(data_files, **columns), jaxink.load_sample(sample_file)
     session.prepare_jax()
     figures = ["jaxink.plots.diagnosis_pages"] if with_figures else []

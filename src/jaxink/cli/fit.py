@@ -11,7 +11,7 @@ from jaxink.cli import session
 from jaxink.cli.session import ExitCode
 from jaxink.errors import InputRefusedError
 from jaxink.files.encoding import json_text
-from jaxink.files.result_folder import PAGE_FILE, require_not_replaced
+from jaxink.files.result_folder import PAGE_FILE, RESULT_FILE, require_not_replaced
 from jaxink.files.writing import require_folder, whole_folder
 from jaxink.measurement import option_words
 from jaxink.numerics.failures import Failures
@@ -42,7 +42,7 @@ def run_fit(
     ``checks_input`` says whether mistakes in the input are tested.
     """
     require_folder(out)
-    require_not_replaced(out, [*data_files, sample_file])
+    require_not_replaced(out, [*data_files, sample_file], RESULT_FILE)
     data, sample = jaxink.read(data_files, **columns), jaxink.load_sample(sample_file)
     if drawn_nm:
         _require_measured(data, drawn_nm)

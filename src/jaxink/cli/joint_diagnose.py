@@ -11,7 +11,7 @@ from jaxink.cli.fit_tables import console, parameter_table, show_files
 from jaxink.cli.session import ExitCode
 from jaxink.errors import InputRefusedError
 from jaxink.files.encoding import json_text
-from jaxink.files.result_folder import require_not_replaced
+from jaxink.files.result_folder import JOINT_REPORT, require_not_replaced
 from jaxink.files.writing import require_folder
 from jaxink.numerics.failures import Failures
 
@@ -29,7 +29,7 @@ def run_joint_diagnose(
     """Diagnose a project and write the report to the folder ``out``; parameters as for `run_diagnose`."""
     require_folder(out)
     project = jaxink.load_project(project_file)
-    require_not_replaced(out, [project_file])
+    require_not_replaced(out, [project_file], JOINT_REPORT)
     session.prepare_jax()
     fit = jaxink.FitOptions(profile="none", accuracy=accuracy)
     options = jaxink.DiagnosisOptions(**choices, fit=fit)

@@ -19,7 +19,7 @@ from jaxink.cli.fit_tables import (
 from jaxink.cli.session import ExitCode
 from jaxink.errors import InputRefusedError
 from jaxink.files.encoding import json_text
-from jaxink.files.result_folder import MEASUREMENTS, PAGE_FILE, require_not_replaced
+from jaxink.files.result_folder import JOINT_FILE, MEASUREMENTS, PAGE_FILE, require_not_replaced
 from jaxink.files.writing import require_folder, whole_folder
 from jaxink.numerics.failures import Failures
 
@@ -49,7 +49,7 @@ def run_joint_fit(
     """Fit a project and write the result to the folder ``out``; other parameters as for `run_fit`."""
     require_folder(out)
     project = jaxink.load_project(project_file)
-    require_not_replaced(out, [project_file])
+    require_not_replaced(out, [project_file], JOINT_FILE)
     session.prepare_jax()
     session.import_meanwhile("xarray", *(["jaxink.plots.overview"] if formats else []))
     chosen = jaxink.FitOptions(**options)

@@ -64,8 +64,33 @@ def joint_file(path: Path) -> Path:
     return path / CORRECTED / JOINT_FILE if is_diagnosis else path / JOINT_FILE
 
 
-def require_not_replaced(folder: Path, inputs: Iterable[Path]) -> None:
-    """Reject a folder in which a result would replace one of the inputs, or a file that no result wrote."""
+# What a folder holds, by the file that only this has.
+_KINDS = {
+    RESULT_FILE: "a fit",
+    REPORT_FILE: "a diagnosis",
+    JOINT_FILE: "a joint fit",
+    JOINT_REPORT: "a joint diagnosis",
+}
+
+
+def require_not_replaced(folder: Path, inputs: Iterable[Path], own_file: str) -> None:
+    """Reject a folder in which a result would replace an input, a file that no result wrote, or another kind.
+
+    Parameters
+    ----------
+    folder
+        That of the result.
+    inputs
+        Files that it is made from.
+    own_file
+        The file by which folders of its kind are known; a result of the same kind is replaced.
+    """
+    for name, kind in _KINDS.items():
+        if name != own_file and (folder / name).exists():
+            raise InputRefusedError(
+                f"{folder}: holds {kind} ({name}), and {_KINDS[own_file]} would replace its page; choose "
+                "another folder."
+            )
     for name, heads in _HEADS.items():
         file = folder / name
         with suppress(OSError):

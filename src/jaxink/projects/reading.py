@@ -89,6 +89,11 @@ def parse_project(
 
 
 def _project(document: dict[str, Any], folder: Path, effects: Collection[Any]) -> Project:
+    if "layers" in document and "measurements" not in document:
+        raise InputRefusedError(
+            "this is a sample file; give the measurement first, and the sample file as --sample, or write a "
+            "project file with [[measurements]]."
+        )
     only(document, TOP, "the project file")
     version = document.get("schema_version")
     if version is True or version != PROJECT_VERSION:

@@ -37,13 +37,31 @@ def document_of(text: str, source: str) -> dict[str, Any]:
         document = tomllib.loads(text)
         _require_small_integers(document)
     except tomllib.TOMLDecodeError as problem:
-        raise InputRefusedError(f"{source}: is not valid TOML: {problem}.") from None
+        raise InputRefusedError(
+            f"{source}: is not valid TOML: {problem}.{_toml_hint(text, str(problem))}"
+        ) from None
     except InputRefusedError as problem:
         raise InputRefusedError(f"{source}: {problem}") from None
     except ValueError:
         # An integer with more digits than Python converts.
         raise InputRefusedError(f"{source}: {_TOO_LARGE}") from None
     return document
+
+
+# A number with a decimal comma, after the sign or the bracket before it.
+_DECIMAL_COMMA = re.compile(r"=\s*[-+]?\d+,\d+\s*(#|}|$)")
+
+
+def _toml_hint(text: str, problem: str) -> str:
+    """What may be meant by a text that is not TOML."""
+    lines = text.splitlines()
+    found = re.search(r"at line (\d+)", problem)
+    line = lines[int(found[1]) - 1] if found and int(found[1]) <= len(lines) else ""
+    if _DECIMAL_COMMA.search(line):
+        return " Write numbers with a decimal point, such as 3.0."
+    if not any("=" in one for one in lines[:20]) and any(sign in line for sign in ",;\t"):
+        return " It looks like a measurement, which is given first; the sample file follows --sample."
+    return ""
 
 
 _TOO_LARGE = "has an integer of more than 64 bits; write it as a decimal number, such as 1e20."
