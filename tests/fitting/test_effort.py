@@ -19,7 +19,7 @@ def ran(monkeypatch):
         searches.append(search_from(*arguments, **options))
         return searches[-1]
 
-    for module in ("gradient", "searching"):
+    for module in ("gradient", "multistart"):
         monkeypatch.setattr(f"jaxink.fitting.{module}.search", recorded)
     return searches
 
@@ -46,7 +46,7 @@ def test_scan_and_profiles_count(inputs, coarse, ran):
 def test_going_on_from_what_was_found_is_no_standing_still(inputs, coarse, monkeypatch):
     sizes = iter([coarse])
     # Larger sizes that are the same ones: the search ends where it begins.
-    monkeypatch.setattr("jaxink.fitting.searching._finer", lambda *_: next(sizes, None))
+    monkeypatch.setattr("jaxink.fitting.multistart._finer", lambda *_: next(sizes, None))
     result = jaxink.fit(*inputs, jaxink.FitOptions(config=coarse))
     first, refined = (search for search in result.searches if search.method == "gradient")
     assert refined.values == pytest.approx(first.values)

@@ -4,7 +4,7 @@ import numpy as np
 
 from jaxink.fitting.gradient import GradientSearch
 from jaxink.fitting.limits import Budget, SearchLimits
-from jaxink.fitting.searching import index_beside, scan_grid
+from jaxink.fitting.multistart import index_beside, scan_grid
 from jaxink.sample import Parameter
 from tests.fitting.test_scanning import Residual
 

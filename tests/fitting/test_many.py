@@ -56,7 +56,7 @@ def test_each_search_has_its_limit_of_steps(compiled):
 def test_a_fit_from_starts_is_the_same_at_once(inputs, coarse, monkeypatch):
     options = jaxink.FitOptions(config=coarse, profile="none", starts=6)
     alone = jaxink.fit(*inputs, options)
-    monkeypatch.setattr("jaxink.fitting.searching._at_once", lambda *_: 3)
+    monkeypatch.setattr("jaxink.fitting.multistart._at_once", lambda *_: 3)
     together = jaxink.fit(*inputs, options)
     assert together.merit.chi_square == pytest.approx(alone.merit.chi_square, rel=1e-9)
     assert together.values == pytest.approx(alone.values, rel=1e-6)
@@ -78,9 +78,9 @@ def test_a_fit_from_starts_is_the_same_at_once(inputs, coarse, monkeypatch):
     ],
 )
 def test_when_searches_run_at_once(inputs, coarse, monkeypatch, options, n_random, backend, expected):
-    from jaxink.fitting import searching
+    from jaxink.fitting import multistart
 
     data, sample = inputs
     objective = jaxink.fitting.make_objective(prepare_data(data, sample), sample, config=coarse)
     monkeypatch.setattr("jax.default_backend", lambda: backend)
-    assert searching._at_once(objective, jaxink.FitOptions(**options), n_random) == expected
+    assert multistart._at_once(objective, jaxink.FitOptions(**options), n_random) == expected

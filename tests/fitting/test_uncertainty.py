@@ -4,7 +4,7 @@ import numpy as np
 
 import jaxink
 from jaxink.data import simulated_example
-from jaxink.fitting import assembly, searching
+from jaxink.fitting import assembly, multistart
 from jaxink.fitting.uncertainty import Covariance, covariance
 
 
@@ -32,7 +32,7 @@ def test_without_derivatives_nothing_is_known():
 
 
 def test_what_fails_after_the_search_costs_no_fit(coarse, monkeypatch, told):
-    def profiled(engine, best, position, deviation, original=searching.profile):
+    def profiled(engine, best, position, deviation, original=multistart.profile):
         if position == 1:
             raise np.linalg.LinAlgError("SVD did not converge")
         return original(engine, best, position, deviation)
@@ -40,7 +40,7 @@ def test_what_fails_after_the_search_costs_no_fit(coarse, monkeypatch, told):
     def fail(*_):
         raise MemoryError
 
-    monkeypatch.setattr(searching, "profile", profiled)
+    monkeypatch.setattr(multistart, "profile", profiled)
     monkeypatch.setattr(assembly, "neglected_polarisation", fail)
     monkeypatch.setattr(assembly, "_derived", fail)
     result = jaxink.fit(*simulated_example(), jaxink.FitOptions(config=coarse, profile="all"))
@@ -62,15 +62,15 @@ def test_of_many_weak_parameters_the_weakest_are_followed():
     deviation[10:20] = 0.3
     held = np.arange(40) == 39
     errors = Covariance(np.diag(np.where(held, 0.0, deviation**2)), held)
-    followed, others = searching._to_follow(errors, "auto")
+    followed, others = multistart._to_follow(errors, "auto")
     assert followed == [10, 11, 12, 13, 30, 39]
     assert others == [i for i in range(40) if i not in (3, *followed)]
-    assert searching._to_follow(errors, "all") == (list(range(40)), [])
+    assert multistart._to_follow(errors, "all") == (list(range(40)), [])
 
 
 def test_weak_parameters_without_a_profile_are_counted_and_keep_their_errors(coarse, monkeypatch, told):
-    monkeypatch.setattr(searching, "_WIDE", 1e-12)
-    monkeypatch.setattr(searching, "_MOST_PROFILES", 1)
+    monkeypatch.setattr(multistart, "_WIDE", 1e-12)
+    monkeypatch.setattr(multistart, "_MOST_PROFILES", 1)
     seen = []
     data, sample = simulated_example()
     options = jaxink.FitOptions(config=coarse)

@@ -9,6 +9,7 @@ from jaxink.fitting.compiled import CompiledObjective, Point, program_of
 from jaxink.fitting.endings import Ending
 from jaxink.fitting.exclusion import fit_near, predict_left_out, require_slope, without
 from jaxink.fitting.figures_of_merit import merit
+from jaxink.fitting.fit_one import fit
 from jaxink.fitting.fitted_parameters import FittedCovariance, FittedParameter, FittedParameters, merit_table
 from jaxink.fitting.gradient import Descent, GradientSearch
 from jaxink.fitting.input_check import check_input, is_doubtful
@@ -28,8 +29,8 @@ from jaxink.fitting.loading import load_result
 from jaxink.fitting.log_density import LogDensity
 from jaxink.fitting.method import search
 from jaxink.fitting.minima import COMPARABLE_RISE, OVER_MINIMA, Minima
-from jaxink.fitting.minimisation import fit
 from jaxink.fitting.mistake import Mistake, mistakes_sentence, rejected, rejection
+from jaxink.fitting.multistart import scan_of
 from jaxink.fitting.objective import OBJECTIVES, Objective, compose, make_objective, weights_of, whiten_scans
 from jaxink.fitting.objective_of_readings import readings_objective
 from jaxink.fitting.options import FitOptions
@@ -39,7 +40,6 @@ from jaxink.fitting.readings_result import ReadingsResult
 from jaxink.fitting.relative_deviation import Deviation, deviation
 from jaxink.fitting.result import FitResult, SearchSummary
 from jaxink.fitting.scaling import UnitScale
-from jaxink.fitting.searching import scan_of
 from jaxink.fitting.uncertainty import covariance
 from jaxink.fitting.verdict import FitVerdict, FitVerdictCode, level_in_doubt
 

@@ -33,12 +33,12 @@ from jaxink.fitting.joint_objective import (
 from jaxink.fitting.joint_result import JointResult
 from jaxink.fitting.method import search
 from jaxink.fitting.minima import COMPARABLE_RISE, Minima
+from jaxink.fitting.multistart import minimise
 from jaxink.fitting.objective_of_readings import noise_of_readings
 from jaxink.fitting.options import FitOptions
 from jaxink.fitting.outcome import Search
 from jaxink.fitting.readings_result import ReadingsResult
 from jaxink.fitting.result import FitResult
-from jaxink.fitting.searching import minimise
 from jaxink.fitting.uncertainty import Covariance, covariance
 from jaxink.measurement import FitNoise, GonioData, Readings, noise_of
 from jaxink.numerics.failures import Failures

@@ -10,10 +10,10 @@ from jaxink.fitting.assembly import assemble
 from jaxink.fitting.inputs import prepare_data, read_inputs
 from jaxink.fitting.joint_fit import fit_project
 from jaxink.fitting.joint_result import JointResult
+from jaxink.fitting.multistart import minimise
 from jaxink.fitting.objective import Objective, make_objective
 from jaxink.fitting.options import FitOptions
 from jaxink.fitting.result import FitResult
-from jaxink.fitting.searching import minimise
 from jaxink.measurement import GonioData, noise_of
 from jaxink.numerics.precision import computing, release_programs
 from jaxink.numerics.progress import Progress, log_progress
