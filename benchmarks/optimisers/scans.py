@@ -32,17 +32,17 @@ _STARTS = (0, 4)
 def _made(name: str, numbers: list[int]) -> None:
     """Print one line for each start."""
     try:
-        from jaxink.fitting.scanning import scan
+        from jaxink.fitting.sweep import sweep
     except ImportError:
         # Of an earlier checkout.
-        from jaxink.fitting.gradient import scan  # type: ignore[attr-defined,no-redef]
+        from jaxink.fitting.scanning import scan as sweep  # type: ignore[import-not-found,no-redef]
     with computing():
         bench = Bench(problems()[name]())
         bench.compiled.prepare(bench.starts[0], jacobian=True)
         for number in numbers:
             began = time.process_time()
             engine = GradientSearch(bench.posed.objective)
-            starts, whole = scan(engine, bench.starts[number], bench.posed.rugged)[:2]
+            starts, whole = sweep(engine, bench.starts[number], bench.posed.rugged)[:2]
             seconds = time.process_time() - began
             ends = [search(METHODS["gradient"](SEED), bench.compiled, np.array(start)) for start in starts]
             best = min(ends, key=lambda end: end.loss)

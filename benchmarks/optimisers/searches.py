@@ -50,12 +50,12 @@ class Bench:
     def scan(self, number: int) -> dict:
         """The scan from a start, by the gradient method."""
         # Earlier checkouts, which others compare by this class, have no such module.
-        from jaxink.fitting.scanning import scan
+        from jaxink.fitting.sweep import sweep
 
         posed, start = self.posed, self.starts[number]
         engine = GradientSearch(posed.objective)
         self.compiled.prepare(start, jacobian=True)
-        found = scan(engine, start, posed.rugged, within=Budget(BUDGET))
+        found = sweep(engine, start, posed.rugged, within=Budget(BUDGET))
         line = _line(found.whole, Effort())
         return line | {"method": "scan", "start": number, "starts": [_short(unit) for unit in found.starts]}
 

@@ -80,9 +80,7 @@ def test_the_noise_is_scaled_to_the_misfit(is_chi_square, loss):
 
 def test_what_a_scan_has_passed_by_is_kept_once_and_never_counts_as_a_start():
     best, coarse = end(90.0, 0.3), end(80.0, 0.32)
-    passed = [
-        Ending(end(loss, a), scanned={0: 0.03}, shift=13.0) for loss, a in ((400.0, 0.31), (700.0, 0.8))
-    ]
+    passed = [Ending(end(loss, a), swept={0: 0.03}, shift=13.0) for loss, a in ((400.0, 0.31), (700.0, 0.8))]
     found = sorted_ends([*passed, Ending(coarse, is_start=True, shift=13.0)], best)
     assert [one.is_searched for one in found.found] == [True, True, False]
     assert [one.values["a"] for one in found.found] == [0.3, 0.32, 0.8]

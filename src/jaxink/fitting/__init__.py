@@ -30,7 +30,6 @@ from jaxink.fitting.log_density import LogDensity
 from jaxink.fitting.method import search
 from jaxink.fitting.minima import COMPARABLE_RISE, OVER_MINIMA, Minima
 from jaxink.fitting.mistake import Mistake, mistakes_sentence, rejected, rejection
-from jaxink.fitting.multistart import scan_of
 from jaxink.fitting.objective import OBJECTIVES, Objective, compose, make_objective, weights_of, whiten_scans
 from jaxink.fitting.objective_of_readings import readings_objective
 from jaxink.fitting.options import FitOptions
@@ -40,6 +39,7 @@ from jaxink.fitting.readings_result import ReadingsResult
 from jaxink.fitting.relative_deviation import Deviation, deviation
 from jaxink.fitting.result import FitResult, SearchSummary
 from jaxink.fitting.scaling import UnitScale
+from jaxink.fitting.sweep import sweep_of
 from jaxink.fitting.uncertainty import covariance
 from jaxink.fitting.verdict import FitVerdict, FitVerdictCode, level_in_doubt
 
@@ -110,8 +110,8 @@ __all__ = [
     "rejected",
     "rejection",
     "require_slope",
-    "scan_of",
     "search",
+    "sweep_of",
     "unknown_nm",
     "weights_of",
     "whiten_scans",

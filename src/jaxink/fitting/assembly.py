@@ -70,7 +70,7 @@ class Found:
     searches
         All single searches.
     series
-        The scan and the profiles, the searches of each combined into one.
+        The sweep and the profiles, the searches of each combined into one.
     endings
         Where searches ended, to be sorted into minima; empty if nothing is to be said of these.
     profiles

@@ -29,8 +29,8 @@ class Ending:
         The search.
     is_start
         Whether it began at a start: that of the sample, or a random one.
-    scanned
-        For a minimum that a scan has passed by: by the position of a scanned parameter, the distance in its
+    swept
+        For a minimum that a sweep has passed by: by the position of a swept parameter, the distance in its
         unit variable from which minima are surely others. None for a search that went on to its end.
     shift
         Change of the best minimum's loss by later refinements of the resolution.
@@ -40,7 +40,7 @@ class Ending:
 
     search: Search
     is_start: bool = False
-    scanned: Mapping[int, float] | None = None
+    swept: Mapping[int, float] | None = None
     shift: float = 0.0
 
     @property
@@ -51,7 +51,7 @@ class Ending:
     @property
     def is_minimum(self) -> bool:
         """Whether there is a minimum here or nearby."""
-        return np.isfinite(self.loss) and (self.scanned is not None or self.search.outcome.converged)
+        return np.isfinite(self.loss) and (self.swept is not None or self.search.outcome.converged)
 
 
 def minima_of(
@@ -65,7 +65,7 @@ def minima_of(
     Parameters
     ----------
     endings
-        Ends of all searches from starts, of others that are to count, and the minima of a scan.
+        Ends of all searches from starts, of others that are to count, and the minima of a sweep.
     best
         The lowest search, at the final resolution; a later form of one of the endings.
     scale
@@ -75,8 +75,8 @@ def minima_of(
     """
     if not best.outcome.converged:
         return None
-    # Searches of all parameters come first: what a scan has passed by joins the minimum found from there.
-    known = sorted((e for e in endings if e.is_minimum), key=lambda e: (e.scanned is not None, e.loss))
+    # Searches of all parameters come first: what a sweep has passed by joins the minimum found from there.
+    known = sorted((e for e in endings if e.is_minimum), key=lambda e: (e.swept is not None, e.loss))
     groups: list[list[Ending]] = [[Ending(best)]]
     for ending in known:
         for group in groups:
@@ -96,7 +96,7 @@ def minima_of(
             rise=rise,
             weight=weight,
             starts=sum(ending.is_start for ending in group),
-            is_searched=group[0].scanned is None,
+            is_searched=group[0].swept is None,
         )
         for group, rise, weight in zip(kept, rises.tolist(), (weights / weights.sum()).tolist(), strict=True)
     )
@@ -123,8 +123,8 @@ def noise_scale(loss: float, freedom: int, is_chi_square: bool) -> float:
 def _is_same(one: Ending, other: Ending, scale: float) -> bool:
     """Whether an end is in the minimum of another, lower one."""
     apart = other.search.unit - one.search.unit
-    if other.scanned is not None:
-        return all(abs(float(apart[at])) < distance for at, distance in other.scanned.items())
+    if other.swept is not None:
+        return all(abs(float(apart[at])) < distance for at, distance in other.swept.items())
     triangle = one.search.triangle
     if triangle is None:
         return _largest(apart) < _CLOSE_WITHOUT_JACOBIAN

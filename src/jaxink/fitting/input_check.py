@@ -27,7 +27,7 @@ from jaxink.fitting.objective import Objective, make_objective, weights_of
 from jaxink.fitting.outcome import Outcome, Search
 from jaxink.fitting.pigment_hypotheses import of_pigments
 from jaxink.fitting.result import FitResult
-from jaxink.fitting.scanning import scan
+from jaxink.fitting.sweep import sweep
 from jaxink.fitting.verdict import FitVerdictCode, exceeds_noise
 from jaxink.measurement import SIGMA_TOLERANCE, USER, FitNoise, GonioData, balances, noise_of
 from jaxink.model import ForwardModel
@@ -48,8 +48,8 @@ _LEFT_AT_EQUAL_NOISE = 0.25
 # Minus twice the logarithm of a likelihood ratio that is decisive.
 _CLEAR_EVIDENCE = 10.0
 _JACOBIANS = 30
-# Number of hypotheses that are refitted with a scan along a parameter with many minima.
-_SCANNED = 2
+# Number of hypotheses that are refitted with a sweep along a parameter with many minima.
+_SWEPT = 2
 # Programs compiled at the same time.
 _COMPILING = 2
 # Above this reduced chi-square the fit may have ended at a resolution that a narrow peak required.
@@ -180,25 +180,25 @@ class _Check:
             return self._judged(list(self._tried((ANGLES_EXCHANGED,))))
         if code is FitVerdictCode.OVERSTATED_NOISE:
             return self._judged(list(self._tried(OF_SIGMA)))
-        tried = self._scanned(list(self._tried((*OF_DATA, *OF_SIGMA))))
+        tried = self._swept(list(self._tried((*OF_DATA, *OF_SIGMA))))
         if not self._is_any_named(tried):
             lengths, pigments = tuple(of_lengths(self.sample)), tuple(of_pigments(self.sample))
             groups = (LIT_FROM_OTHER_SIDE,), (ANGLES_EXCHANGED,), lengths, pigments
             # Most of the time is compilation, of one program for each group.
             with ThreadPoolExecutor(_COMPILING) as pool:
                 more = [one for group in pool.map(self._tried_in_thread, groups) for one in group]
-            tried += self._scanned(more)
+            tried += self._swept(more)
         return self._judged(tried)
 
     def _is_any_named(self, tried: list[RefittedHypothesis]) -> bool:
         return any(mistake.is_named for mistake in self._judged(tried))
 
-    def _scanned(self, tried: list[RefittedHypothesis]) -> list[RefittedHypothesis]:
-        """The best hypotheses again, with a scan: one refit may end in the wrong one of many minima."""
+    def _swept(self, tried: list[RefittedHypothesis]) -> list[RefittedHypothesis]:
+        """The best hypotheses again, with a sweep: one refit may end in the wrong one of many minima."""
         if not self.rugged or self._is_any_named(tried):
             return tried
         promising = sorted((t for t in tried if not t.hypothesis.about_noise), key=lambda t: t.reduced)
-        for one in promising[:_SCANNED]:
+        for one in promising[:_SWEPT]:
             again = self._tried((one.hypothesis,), is_thorough=True)
             tried = [t for t in tried if t is not one] + list(again)
             if self._is_any_named(tried):
@@ -326,7 +326,7 @@ class _Check:
         if not is_thorough:
             return GradientSearch(objective, _JACOBIANS).run(start, held)
         engine = GradientSearch(objective.tabulated(), _JACOBIANS)
-        starts = scan(engine, start, objective.free.index(self.rugged[0])).starts
+        starts = sweep(engine, start, objective.free.index(self.rugged[0])).starts
         searches = [engine.run(there, held) for there in starts]
         return min(searches, key=lambda s: s.loss if np.isfinite(s.loss) else np.inf)
 

@@ -20,7 +20,7 @@ from jaxink.fitting.many import searches_at_once
 from jaxink.fitting.method import Method, search
 from jaxink.fitting.options import FitOptions
 from jaxink.fitting.outcome import Outcome, Search
-from jaxink.fitting.scanning import DIRECT_JACOBIANS, RANKING_DECREMENT, Scan, scan
+from jaxink.fitting.sweep import sweep_of
 from jaxink.fitting.uncertainty import Covariance, Profile, covariance, profile
 from jaxink.numerics.progress import Progress, StepOf
 from jaxink.sample import Parameter
@@ -37,15 +37,6 @@ _MOST_LOWER_MINIMA = 3
 _MOST_REFINEMENTS = 2
 # Stacks of all searches that an accelerator makes at once.
 _STACKS_AT_ONCE = 1024
-# Values of the radius and of the index. A grid of 12 by 5 misses minima that one of 16 by 6 finds.
-_SHAPE = (16, 6)
-_HELD_JACOBIANS, _RELEASED_JACOBIANS = 4, 8
-# Fraction of the fits at grid points, lowest first, that are continued with all parameters free.
-_RELEASED = 1 / 3
-# This many are run to convergence: the lowest minimum, and the rivals that a result lists.
-_KEPT = 8
-# Of ends that are closer in both unit variables, the lowest one is searched.
-_SAME = 0.04
 
 
 def minimise(
@@ -79,7 +70,7 @@ def minimise(
     """
     objective = objective_at(options.config)
     budget = Budget(options.limits(objective.n_points))
-    searches, scans, endings = _search(objective, free, options, budget, progress)
+    searches, sweeps, endings = _search(objective, free, options, budget, progress)
     best = ended = _lowest(searches, free)
     shift = 0.0
     for _ in range(_MOST_REFINEMENTS):
@@ -99,7 +90,7 @@ def minimise(
         dataclasses.replace(e, search=best) if e.search is ended else dataclasses.replace(e, shift=shift)
         for e in endings
     )
-    found = Found(best, errors, tuple(searches), scans, endings)
+    found = Found(best, errors, tuple(searches), sweeps, endings)
     # A search that was stopped by a limit has no minimum to follow chi-square from.
     if errors is not None and options.profile != "none" and best.outcome.converged:
         found = _with_profiles(GradientSearch(objective), objective.free, found, options.profile, progress)
@@ -122,23 +113,23 @@ def _search(
     budget: Budget,
     progress: Progress,
 ) -> tuple[list[Search], tuple[Search, ...], tuple[Ending, ...]]:
-    """Search from several starts: the searches; the scan, if any, as one; and where everything ended."""
+    """Search from several starts: the searches; the sweep, if any, as one; and where everything ended."""
     first = objective.scale.to_unit(np.array([p.value for p in free]))
-    points, scans = starts(first, options.starts, options.seed), tuple[Search, ...]()
-    endings, n_scanned = list[Ending](), 0
-    made = scan_of(objective, free, first, _named(progress, "scan"), budget) if options.scans_first else None
+    points, sweeps = starts(first, options.starts, options.seed), tuple[Search, ...]()
+    endings, n_swept = list[Ending](), 0
+    made = sweep_of(objective, free, first, _named(progress, "scan"), budget) if options.scans_first else None
     if made is not None:
-        points, scans, n_scanned = made.starts + points[1:], (made.whole,), len(made.starts)
+        points, sweeps, n_swept = made.starts + points[1:], (made.whole,), len(made.starts)
         endings.append(Ending(made.direct, is_start=True))
-        endings += [Ending(passed, scanned=made.distances) for passed in made.minima]
+        endings += [Ending(passed, swept=made.distances) for passed in made.minima]
     programs, searches = compile_objective(objective), list[Search]()
-    declared = max(n_scanned, 1)
+    declared = max(n_swept, 1)
     at_once = _at_once(objective, options, len(points) - declared)
     for number, start in enumerate(points if at_once is None else points[:declared]):
         follow = _named(progress, f"start {number + 1}")
         method = _method(options, objective, free, start)
         searches.append(search(method, programs, start, budget, follow))
-        endings.append(Ending(searches[-1], is_start=number >= n_scanned))
+        endings.append(Ending(searches[-1], is_start=number >= n_swept))
         if budget.is_spent(searches[-1].loss):
             break
     if at_once is not None and isinstance(programs, CompiledObjective):
@@ -151,7 +142,7 @@ def _search(
             # The method itself finishes, because it can leave bounds far from the minimum.
             searches.append(search(options.make_method(), programs, best.unit, budget, follow))
             endings.append(Ending(searches[-1]))
-    return searches, scans, tuple(endings)
+    return searches, sweeps, tuple(endings)
 
 
 def _method(
@@ -273,116 +264,3 @@ def _weakness(errors: Covariance, position: int) -> float:
     others = np.abs(np.delete(errors.correlation[position], position))
     apart = 1 - np.max(others, initial=0.0, where=np.isfinite(others))
     return float(max(deviation / _WIDE, (1 - _CORRELATED) / max(apart, np.finfo(float).tiny)))
-
-
-def scan_of(
-    objective: FitObjective,
-    free: Sequence[Parameter],
-    first: Float[np.ndarray, " parameters"],
-    progress: Callable[[int, float], None] | None = None,
-    within: Budget | None = None,
-) -> Scan | None:
-    """The scan that an objective needs before its searches; None if no free parameter has many minima.
-
-    Parameters
-    ----------
-    objective
-        To be minimised.
-    free
-        Its free parameters.
-    first
-        Start values, scaled to [0, 1].
-    progress
-        Called with the number of the fit and the loss there.
-    within
-        Limits of the fit that the scan belongs to; it ends where they are reached.
-    """
-    position = next((i for i, p in enumerate(free) if p.multimodal), None)
-    if position is None:
-        return None
-    engine = GradientSearch(objective)
-    index = index_beside(free, position) if isinstance(objective, JointObjective) else None
-    if index is None:
-        return scan(engine, first, position, progress, within)
-    return scan_grid(engine, first, (position, index), progress, within)
-
-
-def index_beside(free: Sequence[Parameter], radius: int) -> int | None:
-    """Position of the refractive index of the particles whose radius is free, if it is free, too.
-
-    Parameters
-    ----------
-    free
-        The free parameters.
-    radius
-        Position of the radius.
-    """
-    particles = free[radius].name.rpartition(".")[0]
-    names = [parameter.name for parameter in free]
-    index = f"{particles}.particle_index"
-    return names.index(index) if index in names else None
-
-
-def scan_grid(
-    engine: GradientSearch,
-    first: np.ndarray,
-    positions: tuple[int, int],
-    progress: Callable[[int, float], None] | None = None,
-    within: Budget | None = None,
-) -> Scan:
-    """Find starts at the lowest minima over two parameters.
-
-    Scattering by a sphere varies with its size and with its refractive index through their product, so that
-    minima lie side by side in the plane of both; a scan along the radius, which follows one value of the
-    index continuously, passes by some of them. Here each point of a grid is a start of its own, from the
-    middle of all other ranges: a few steps with both parameters held, then, from the lowest third, a few
-    steps of all parameters. A search from the start values comes first.
-
-    Parameters
-    ----------
-    engine
-        The search.
-    first
-        Start values, scaled to [0, 1].
-    positions
-        The radius and the index.
-    progress
-        Called with the number of the fit and the loss there.
-    within
-        Limits of the fit that the scan belongs to; it ends where they are reached.
-    """
-    every = [engine.run(first, max_jacobians=DIRECT_JACOBIANS, within=within)]
-    direct = every[0]
-
-    def run(start: np.ndarray, held: dict[int, float] | None, jacobians: int) -> Search | None:
-        if within is not None and within.is_spent(min(one.loss for one in every)):
-            return None
-        every.append(engine.run(start, held, None, jacobians, within, RANKING_DECREMENT))
-        if progress is not None:
-            progress(len(every) - 1, every[-1].loss)
-        return every[-1]
-
-    sides = [np.linspace(0.0, 1.0, count).tolist() for count in _SHAPE]
-    points = [dict(zip(positions, (x, y), strict=True)) for x in sides[0] for y in sides[1]]
-    middle = np.full_like(first, 0.5)
-    held = _by_loss([run(middle, point, _HELD_JACOBIANS) for point in points])
-    best = held[: round(len(points) * _RELEASED)]
-    ends = _apart(_by_loss([direct, *(run(one.unit, None, _RELEASED_JACOBIANS) for one in best)]), positions)
-    whole = together("scan", every, ends[0] if ends else direct)
-    # Along a valley, other ends need not be separate minima: only a full search can tell.
-    return Scan([one.unit for one in ends[:_KEPT]] or [direct.unit], whole, direct, (), {})
-
-
-def _by_loss(found: Sequence[Search | None]) -> list[Search]:
-    finite = [one for one in found if one is not None and np.isfinite(one.loss)]
-    return sorted(finite, key=lambda one: one.loss)
-
-
-def _apart(ends: Sequence[Search], positions: tuple[int, int]) -> list[Search]:
-    """The lowest one of each group of ends that are close to each other."""
-    chosen = list[Search]()
-    for end in ends:
-        here = end.unit[list(positions)]
-        if all(np.max(np.abs(here - other.unit[list(positions)])) >= _SAME for other in chosen):
-            chosen.append(end)
-    return chosen

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Float
 
-from jaxink.fitting import COMPARABLE_RISE, CompiledJointObjective, Descent, JointObjective, scan_of, search
+from jaxink.fitting import COMPARABLE_RISE, CompiledJointObjective, Descent, JointObjective, search, sweep_of
 from jaxink.planning.forecast import Planned
 from jaxink.planning.known import Known
 from jaxink.planning.simulation import simulated
@@ -21,7 +21,7 @@ Rival = tuple[Float[np.ndarray, " parameters"], float]
 def rivals_of(known: Known) -> list[Rival]:
     """Other minima that the present measurements exclude barely or not, lowest first.
 
-    What a scan has only passed by is searched to its end first, which may be a minimum that is known already.
+    What a sweep has only passed by is searched to its end first, which may be a known minimum.
     """
     if known.minima is None:
         return []
@@ -33,9 +33,9 @@ def rivals_of(known: Known) -> list[Rival]:
 
 
 def _starts(known: Known, objective: JointObjective) -> list[Float[np.ndarray, " parameters"]]:
-    """Where a scan finds minima; none if no free parameter has several."""
+    """Where a sweep finds minima; none if no free parameter has several."""
     free = [known.project.parameters[name] for name in known.free]
-    made = scan_of(objective, free, known.unit)
+    made = sweep_of(objective, free, known.unit)
     return [] if made is None else made.starts
 
 
@@ -80,7 +80,7 @@ def chance_to_decide(
     """Least separation and chance to decide of a measurement.
 
     A minimum of both measurements need not be near one of the present alone: in a flat valley, they may meet
-    elsewhere, so that a scan looks for more if the present one is right.
+    elsewhere, so that a sweep looks for more if the present one is right.
 
     Parameters
     ----------

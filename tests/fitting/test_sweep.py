@@ -1,11 +1,11 @@
-"""A scan finds all minima along a parameter, and spends little where there is nothing to find."""
+"""A sweep finds all minima along a parameter, and spends little where there is nothing to find."""
 
 import numpy as np
 import pytest
 
 from jaxink.fitting.compiled import CompiledObjective, Point
 from jaxink.fitting.gradient import GradientSearch
-from jaxink.fitting.scanning import scan
+from jaxink.fitting.sweep import sweep
 
 
 class Residual(CompiledObjective):
@@ -34,11 +34,11 @@ def wavy_slopes(u):
     return np.array([[slope, 0.0], [-0.3, 0.0], [-2 * u[0], 1.0], [0.0, 0.0]])
 
 
-def test_a_scan_keeps_all_minima_and_starts_at_the_lowest():
+def test_a_sweep_keeps_all_minima_and_starts_at_the_lowest():
     engine = GradientSearch.__new__(GradientSearch)
     engine.compiled, engine.max_jacobians = Residual(wavy, wavy_slopes), 200
     told = []
-    found = scan(engine, np.array([0.1, 0.9]), 0, progress=lambda number, loss: told.append(number))
+    found = sweep(engine, np.array([0.1, 0.9]), 0, progress=lambda number, loss: told.append(number))
     assert told == list(range(1, 97))
     assert [one.unit[0] for one in found.minima[:3]] == pytest.approx([0.8, 0.5, 0.2], abs=0.02)
     assert found.starts[0] == pytest.approx([0.8, 0.64], abs=0.05)
@@ -59,7 +59,7 @@ def test_fits_that_end_at_a_bound_are_made_anew_less_and_less_often():
         return run(start, *arguments, **options)
 
     engine.run = noted
-    scan(engine, np.array([0.1, 0.9]), 0)
+    sweep(engine, np.array([0.1, 0.9]), 0)
     anew = sum(start[1] in (0.9, 0.5) for start in starts[2:])
-    # At the first values of each sweep, then at every fifth.
+    # At the first values of each pass, then at every fifth.
     assert 96 / 5 < anew < 96 / 5 + 8

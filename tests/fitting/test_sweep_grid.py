@@ -4,9 +4,9 @@ import numpy as np
 
 from jaxink.fitting.gradient import GradientSearch
 from jaxink.fitting.limits import Budget, SearchLimits
-from jaxink.fitting.multistart import index_beside, scan_grid
+from jaxink.fitting.sweep import index_beside, sweep_grid
 from jaxink.sample import Parameter
-from tests.fitting.test_scanning import Residual
+from tests.fitting.test_sweep import Residual
 
 # Waves along the product of the first two variables, as of the phase shift of light through a sphere, in a
 # wide valley around (0.75, 0.6).
@@ -33,7 +33,7 @@ def made_engine():
 def test_the_lowest_minimum_of_the_plane_is_the_first_start():
     engine, told = made_engine(), []
     first = np.array([0.1, 0.1, 0.9])
-    found = scan_grid(engine, first, (0, 1), progress=lambda number, loss: told.append(number))
+    found = sweep_grid(engine, first, (0, 1), progress=lambda number, loss: told.append(number))
     np.testing.assert_allclose(found.starts[0], [0.75, 0.6, 0.75], atol=0.01)
     assert told == list(range(1, 16 * 6 + 32 + 1))
     assert found.whole.jacobians == engine.compiled.runs
@@ -44,7 +44,7 @@ def test_the_lowest_minimum_of_the_plane_is_the_first_start():
 
 def test_starts_are_apart_and_lowest_first():
     engine = made_engine()
-    found = scan_grid(engine, np.array([0.1, 0.1, 0.9]), (0, 1))
+    found = sweep_grid(engine, np.array([0.1, 0.1, 0.9]), (0, 1))
     losses = [float(np.sum(waves(unit) ** 2)) for unit in found.starts]
     assert losses == sorted(losses)
     assert 4 <= len(found.starts) <= 8
@@ -55,12 +55,12 @@ def test_starts_are_apart_and_lowest_first():
 
 def test_a_limit_ends_the_grid_with_what_was_found():
     engine = made_engine()
-    found = scan_grid(engine, np.array([0.1, 0.1, 0.9]), (0, 1), within=Budget(SearchLimits(evaluations=60)))
+    found = sweep_grid(engine, np.array([0.1, 0.1, 0.9]), (0, 1), within=Budget(SearchLimits(evaluations=60)))
     assert engine.compiled.runs <= 60
     assert np.isfinite(found.whole.loss)
 
 
-def test_the_index_of_the_same_particles_is_scanned_beside_the_radius():
+def test_the_index_of_the_same_particles_is_swept_beside_the_radius():
     def free(*names):
         return [Parameter(name, 1.0, True, 0.5, 2.0) for name in names]
 
