@@ -31,9 +31,9 @@ from jaxink.effects.kinds import (
 )
 from jaxink.effects.of_readings import AugmentedReadings, readings_model
 from jaxink.effects.scene import Field, Scene, Surroundings
-from jaxink.effects.telling import in_numbers
 from jaxink.effects.validity import invalidity, own_error
 from jaxink.effects.waves import Polarisation
+from jaxink.effects.wording import in_numbers
 
 __all__ = [
     "CATALOGUE",

@@ -4,7 +4,7 @@ No model of the sample is used, so a misfit is never mistaken for noise. Every e
 square of relative differences d = (a - b) / mean, scaled such that independent errors of relative standard
 deviation s give s. If there are at least 20 differences, those beyond 5 robust standard deviations (1.4826
 times the median of |d|) are excluded and counted; this removes 6e-7 of Gaussian errors. For the roughness of
-scans, see `jaxink.measurement.roughness`.
+scans, see `jaxink.measurement.neighbour_noise`.
 """
 
 from typing import NamedTuple
@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from jaxink.measurement.dataset import GonioData
+from jaxink.measurement.neighbour_noise import roughness_of_scans
 from jaxink.measurement.noise_model import (
     ROBUST_FROM,
     NoiseEstimate,
@@ -27,7 +28,6 @@ from jaxink.measurement.pairs import (
     repeat_differences,
     without_copies,
 )
-from jaxink.measurement.roughness import roughness_of_scans
 from jaxink.measurement.scans import Scan
 
 MINIMUM_PAIRS = 10

@@ -12,7 +12,8 @@ from jaxtyping import Array, Float
 
 from jaxink.display.brief import brief_repr
 from jaxink.errors import InputRefusedError
-from jaxink.model.checks import Points, require_not_negative
+from jaxink.model.checks import require_not_negative
+from jaxink.model.points import Points
 from jaxink.model.size_classes import MieSizes, mie_sizes
 from jaxink.model.volume import LayerCoefficients, layer_optics, scattering_matrix
 from jaxink.numerics.batches import at_each

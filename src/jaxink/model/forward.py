@@ -10,9 +10,10 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from jaxink.model.build import StackBuilder, media_of, stack_builder
-from jaxink.model.checks import Points, points_of, require_predictable
+from jaxink.model.checks import require_predictable
 from jaxink.model.depth_profiles import DepthProfiles, at_pairs, profiles_at
 from jaxink.model.instrument import Cones
+from jaxink.model.points import Points, points_of
 from jaxink.model.resolution import model_sizes
 from jaxink.model.sample_model import SampleModel
 from jaxink.model.tables import rough_tables

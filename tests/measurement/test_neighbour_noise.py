@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from jaxink.measurement import GonioData, estimate_noise
-from jaxink.measurement.roughness import roughness_of_scans
+from jaxink.measurement.neighbour_noise import roughness_of_scans
 
 EVEN = np.arange(-80.0, 80.1, 2.5)
 UNEVEN = np.cumsum(np.random.default_rng(3).uniform(1.0, 4.0, 64)) - 80.0
