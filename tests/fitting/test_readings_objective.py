@@ -7,7 +7,7 @@ import pytest
 
 from jaxink.fitting.compiled import CompiledObjective
 from jaxink.fitting.gradient import GradientSearch
-from jaxink.fitting.objective import FittedModel
+from jaxink.fitting.objective import PredictingModel
 from jaxink.fitting.objective_of_readings import noise_of_readings, readings_objective
 from jaxink.measurement import Noise, Readings
 from jaxink.model.readings import ReadingsModel
@@ -53,7 +53,7 @@ def simulated():
 def test_residuals_are_in_units_of_the_noise(simulated):
     shifted = dataclasses.replace(simulated, value=simulated.value + [1e-3, -2e-3, 0])
     objective = readings_objective(shifted, quiet(), config=SMALL)
-    assert isinstance(objective.model, FittedModel)
+    assert isinstance(objective.model, PredictingModel)
     assert objective.free == tuple(
         f"ink.{x}" for x in ("scattering_per_mm", "absorption_per_mm", "asymmetry_parameter")
     )

@@ -13,7 +13,7 @@ from benchmarks.validation.published.spectral_shape import (
     shape_of_absorption_index,
     shape_of_scattering,
 )
-from jaxink.fitting.joint_objective import compile_objective
+from jaxink.fitting.fit_objective import compile_objective
 from jaxink.measurement import GonioData
 from jaxink.numerics.precision import computing
 

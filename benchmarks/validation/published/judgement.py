@@ -9,7 +9,7 @@ import numpy as np
 import jaxink
 from benchmarks.simulated_data import truth_of
 from benchmarks.validation.published.problems import SHEET, Problem, measured, problem
-from jaxink.fitting.joint_objective import compile_objective
+from jaxink.fitting.fit_objective import compile_objective
 from jaxink.ink.comparison import TableComparison
 from jaxink.ink.tabulate import TableOptions
 from jaxink.numerics.precision import computing

@@ -21,7 +21,8 @@ from benchmarks.simulated_data import data_file, declared_text
 from benchmarks.validation.published.spectral_shape import shape_of_absorption_index, shape_of_scattering
 from benchmarks.validation.simulated.fits import FREE_SIGMA
 from jaxink.fitting import make_objective, prepare_data
-from jaxink.fitting.joint_objective import FitObjective, JointObjective
+from jaxink.fitting.fit_objective import FitObjective
+from jaxink.fitting.joint_objective import JointObjective
 from jaxink.measurement import GonioData, noise_of
 from jaxink.projects import Measurement
 from jaxink.sample import Sample, parse_sample

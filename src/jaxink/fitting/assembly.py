@@ -16,8 +16,8 @@ from jaxink.fitting.comparison_methods import METHODS
 from jaxink.fitting.compiled import split, without_values
 from jaxink.fitting.endings import Ending, minima_of, noise_scale
 from jaxink.fitting.figures_of_merit import merit, merit_by_scan, rms
+from jaxink.fitting.fit_objective import FitObjective
 from jaxink.fitting.fitted_parameters import FittedParameter, FittedParameters
-from jaxink.fitting.joint_objective import FitObjective
 from jaxink.fitting.minima import Minima
 from jaxink.fitting.objective import Objective
 from jaxink.fitting.options import FitOptions

@@ -14,7 +14,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
-from jaxink.fitting.objective import FittedModel, Objective
+from jaxink.fitting.objective import Objective, PredictingModel
 
 
 class Colouring(eqx.Module):
@@ -96,7 +96,7 @@ def colours(affects: Bool[np.ndarray, "rows parameters"]) -> Int[np.ndarray, " p
 
 
 def points_affected(
-    model: FittedModel, names: Sequence[str | None]
+    model: PredictingModel, names: Sequence[str | None]
 ) -> tuple[Bool[np.ndarray, "points parameters"], Float[np.ndarray, " parameters"]]:
     """Whether the prediction at a point depends on each parameter; and their only wavelengths, or nan."""
     own = model.own_wavelengths([name for name in names if name is not None])

@@ -21,8 +21,8 @@ from jaxtyping import Float
 from jaxink.errors import InputRefusedError
 from jaxink.fitting.compiled import CompiledObjective, CompiledPrograms, Point
 from jaxink.fitting.differentiable import differentiable
+from jaxink.fitting.fit_objective import CompiledFit
 from jaxink.fitting.gradient import Gradient
-from jaxink.fitting.joint_objective import CompiledFit
 from jaxink.fitting.limits import SearchLimits
 from jaxink.fitting.method import Method, WithJacobian, WithoutDerivatives
 from jaxink.fitting.outcome import Outcome

@@ -10,7 +10,7 @@ from jaxtyping import Float
 
 from jaxink.fitting.bounded import DECREMENT
 from jaxink.fitting.compiled import CompiledObjective, Point
-from jaxink.fitting.joint_objective import CompiledFit, FitObjective, compile_objective
+from jaxink.fitting.fit_objective import CompiledFit, FitObjective, compile_objective
 from jaxink.fitting.limits import Budget, SearchLimits
 from jaxink.fitting.method import WithJacobian, search
 from jaxink.fitting.objective import Objective

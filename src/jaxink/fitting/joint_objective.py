@@ -229,18 +229,6 @@ class CompiledJointObjective:
         return np.concatenate([*rows, self.objective.prior_rows(unit)])
 
 
-# What a fit minimises, and the same compiled.
-FitObjective = Objective | JointObjective
-CompiledFit = CompiledObjective | CompiledJointObjective
-
-
-def compile_objective(objective: FitObjective) -> CompiledFit:
-    """The programs of an objective, of one measurement or of several."""
-    if isinstance(objective, JointObjective):
-        return CompiledJointObjective(objective)
-    return CompiledObjective(objective)
-
-
 def without_priors(sample: Sample) -> Sample:
     """A sample without independent knowledge of its parameters."""
     table = [dataclasses.replace(p, prior=None, smoothness=None) for p in sample.parameters.values()]

@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from jaxink.fitting.bounded import DECREMENT, NEARLY, Box, Reduced, reduced
-from jaxink.fitting.joint_objective import CompiledFit
+from jaxink.fitting.fit_objective import CompiledFit
 from jaxink.fitting.limits import Budget, SearchLimits
 from jaxink.fitting.outcome import Outcome, Search
 from jaxink.fitting.watched import LimitReached, WatchedObjective

@@ -13,8 +13,9 @@ from jaxink.fitting.assembly import Found
 from jaxink.fitting.comparison_methods import Simplex
 from jaxink.fitting.compiled import CompiledObjective
 from jaxink.fitting.endings import Ending
+from jaxink.fitting.fit_objective import FitObjective, compile_objective
 from jaxink.fitting.gradient import GradientSearch, starts, together
-from jaxink.fitting.joint_objective import FitObjective, JointObjective, compile_objective
+from jaxink.fitting.joint_objective import JointObjective
 from jaxink.fitting.limits import Budget
 from jaxink.fitting.many import searches_at_once
 from jaxink.fitting.method import Method, search

@@ -57,7 +57,7 @@ def whiten_scans(
 
 
 @runtime_checkable
-class FittedModel(Protocol):
+class PredictingModel(Protocol):
     """What a fit needs of a model: a `ForwardModel`, one with effects, or several as one."""
 
     @property
@@ -114,7 +114,7 @@ class Objective(eqx.Module):
 
     __repr__ = brief_repr
 
-    model: FittedModel
+    model: PredictingModel
     measured: Float[np.ndarray, " points"]
     sigma: Float[np.ndarray, " points"]
     scan: Int[np.ndarray, " points"]
@@ -330,7 +330,7 @@ ObjectiveT = TypeVar("ObjectiveT", bound=Objective)
 
 def compose(
     form: type[ObjectiveT],
-    model: FittedModel,
+    model: PredictingModel,
     data: GonioData,
     sample: Sample,
     noise: FitNoise,

@@ -9,8 +9,9 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
+from jaxink.fitting.fit_objective import FitObjective
 from jaxink.fitting.gradient import GradientSearch, together
-from jaxink.fitting.joint_objective import FitObjective, JointObjective
+from jaxink.fitting.joint_objective import JointObjective
 from jaxink.fitting.limits import Budget
 from jaxink.fitting.outcome import Search
 from jaxink.sample import Parameter

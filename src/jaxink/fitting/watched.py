@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from jaxink.fitting.compiled import Point
-from jaxink.fitting.joint_objective import CompiledFit
+from jaxink.fitting.fit_objective import CompiledFit
 from jaxink.fitting.limits import Budget
 from jaxink.fitting.outcome import Outcome, SearchPath
 
