@@ -107,6 +107,8 @@ def test_scans():
         Scan(3, "T", 550.0, 30.0, 1, 1),
     )
     np.testing.assert_array_equal(data.scan_index, [1, 0, 2, 3])
+    kept = data.replace(mask=[0, 1, 0, 0])
+    np.testing.assert_array_equal(kept.used_scan_index, [0, 1, 2])
     np.testing.assert_array_equal(data.side, ["R", "R", "R", "T"])
     np.testing.assert_array_equal(data.used, [True, False, False, True])
 

@@ -109,7 +109,7 @@ def test_owners_of_effects(project):
     # An instrument with one measurement is that measurement, and no effect is of two instruments.
     assert [owner for owner, _ in owners(of_instruments, names, gain)] == ["arm", *names]
     sample, data = project.measurements[0].sample, project.measurements[0].data
-    scene = Scene.of(*data.used_directions, row=data.reading_order[data.used])
+    scene = Scene.of_used(data)
     case = Case(sample, scene, 0.005, 1e-3)
     (plate,) = absorption.forms(case)
     assert [owner for owner, _ in owners(of_instruments, names, plate)] == ["", *names]

@@ -41,7 +41,7 @@ LACKS = {
 def with_effect(sample: Sample, lack: Lack) -> Sample:
     """The sample with the effect, at its true values."""
     at = directions()
-    scene = Scene.of(*at.used_directions, row=at.reading_order[at.used])
+    scene = Scene.of_used(at)
     form = _CLASSES[lack.effect].forms(Case(sample, scene, 0.005, 1e-3))[0]
     values = {
         term.name: value for term in form.terms for key, value in lack.values if term.name.endswith(key)

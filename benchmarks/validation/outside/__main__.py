@@ -56,7 +56,7 @@ def run(name: str, strength: str, is_quick: bool) -> dict:
 
 def _shared(data: jaxink.GonioData, sample: jaxink.Sample) -> tuple[type[Effect], ...]:
     """Effects that need no compiled program of their own."""
-    scene = Scene.of(*data.used_directions, row=data.reading_order[data.used])
+    scene = Scene.of_used(data)
     relative = float(np.min(data.sigma_per_sr / data.bsdf_per_sr))
     forms = effects_for(Case(sample, scene, relative, QUICK.accuracy), CATALOGUE).forms
     return tuple(dict.fromkeys(type(form) for form in forms if not form.own_program))

@@ -10,6 +10,7 @@ from jaxink.effects.kinds import Effect, SampleEffect
 from jaxink.effects.sample_edits import with_constants, with_parameters
 from jaxink.effects.scene import Scene
 from jaxink.errors import InputRefusedError
+from jaxink.measurement import GonioData
 from jaxink.sample import EFFECTS, DeclaredEffect, Parameter, ParameterTable, Sample, defaults_of
 
 _POSITION = {effect.name: i for i, effect in enumerate(CATALOGUE)}
@@ -46,8 +47,11 @@ def declared_effects(sample: Sample) -> tuple[Effect, ...]:
     return in_order(tuple(found))
 
 
-def settled(sample: Sample, scene: Scene, measured) -> Sample:
-    """The sample with its declared effects fixed by the points of a fit, see `Effect.settled`."""
+def settled(sample: Sample, data: GonioData) -> Sample:
+    """The sample with its declared effects fixed by the used points of a fit, see `Effect.settled`."""
+    if not sample.effects:
+        return sample
+    scene, measured = Scene.of_used(data), data.bsdf_per_sr[data.used]
     kinds = {effect.name: effect.kind for effect in sample.effects}
     effects = (effect.settled(scene, measured) for effect in declared_effects(sample))
     return dataclasses.replace(sample, effects=tuple(_declaration(e, kinds[e.name]) for e in effects))

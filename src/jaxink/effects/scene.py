@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
 from jaxink.display.brief import brief_repr
+from jaxink.measurement import GonioData
 
 # Grid of angles in the plane of a scan, for derivatives and convolutions.
 GRID_DEG = np.arange(-89.0, 89.1, 2.0)
@@ -100,6 +101,11 @@ class Scene(eqx.Module):
             slope=spline(at, 1),
             curvature=spline(at, 2),
         )
+
+    @classmethod
+    def of_used(cls, data: GonioData) -> "Scene":
+        """Scene of the points that no mask excludes."""
+        return cls.of(*data.used_directions, row=data.reading_order[data.used])
 
     def __len__(self) -> int:
         return self.theta_o_deg.size

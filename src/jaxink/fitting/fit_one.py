@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import overload
 
-from jaxink.effects import Scene, settled
+from jaxink.effects import settled
 from jaxink.errors import InputRefusedError, require_kind
 from jaxink.fitting.assembly import assemble
 from jaxink.fitting.inputs import prepare_data, read_inputs
@@ -90,10 +90,7 @@ def _fit(data: GonioData, sample: Sample, options: FitOptions, progress: Progres
             f"{data.source or 'the measurement'}: its noise is {noise.origin} Declare it in [noise] of the "
             "sample file, or choose another objective."
         )
-    if sample.effects:
-        used = data.used
-        scene = Scene.of(*data.used_directions, row=data.reading_order[used])
-        sample = settled(sample, scene, data.bsdf_per_sr[used])
+    sample = settled(sample, data)
     free = sample.parameters.free
     scans_first = options.scans_first and any(p.multimodal for p in free)
 

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from jaxink.display.brief import brief_repr
-from jaxink.effects import Scene, settled
+from jaxink.effects import settled
 from jaxink.errors import InputRefusedError
 from jaxink.fitting.compiled import CompiledObjective, Point
 from jaxink.fitting.objective import Objective, make_objective, priors_of
@@ -237,8 +237,6 @@ def without_priors(sample: Sample) -> Sample:
 
 def with_settled_effects(one: Measurement) -> Measurement:
     """A measurement whose declared effects are fixed by its points, see `jaxink.effects.settled`."""
-    if not one.sample.effects or isinstance(one.data, Readings):
+    if isinstance(one.data, Readings):
         return one
-    used = one.data.used
-    scene = Scene.of(*one.data.used_directions, row=one.data.reading_order[used])
-    return dataclasses.replace(one, sample=settled(one.sample, scene, one.data.bsdf_per_sr[used]))
+    return dataclasses.replace(one, sample=settled(one.sample, one.data))

@@ -353,13 +353,13 @@ def compose(
         The other fields of the class.
     """
     used = data.used
-    _, scan = np.unique(data.scan_index[used], return_inverse=True)
+    scan = data.used_scan_index
     weights, mean, deviation = priors_of(sample.parameters.free)
     return form(
         model=model,
         measured=data.bsdf_per_sr[used],
         sigma=np.asarray(noise.sigma_per_sr, float),
-        scan=scan.reshape(-1),
+        scan=scan,
         weight=np.sqrt(weights_of(data, sample)) * factor_of_points(fields["kind"], data),
         prior_weights=weights,
         prior_mean=mean,

@@ -260,6 +260,11 @@ class GonioData(Presented):
         """Number of the scan of each point, ordered as `scans`, whatever the order of the rows."""
         return scan_numbers(self.is_transmission, self.wavelength_nm, self.theta_i_deg)
 
+    @property
+    def used_scan_index(self) -> Int[np.ndarray, " points"]:
+        """Number of the scan of each point that no mask excludes, among the scans that have such points."""
+        return np.unique(self.scan_index[self.used], return_inverse=True)[1].reshape(-1)
+
     @cached_property
     def scans(self) -> tuple[Scan, ...]:
         """The scans: reflection first, then by wavelength, then by incidence."""

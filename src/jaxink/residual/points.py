@@ -73,7 +73,6 @@ class ResidualPoints:
             As of the class.
         """
         used = data.used
-        _, scan = np.unique(data.scan_index[used], return_inverse=True)
         # A prediction of 0 has no relative change.
         predicted = np.where(np.abs(predicted_per_sr) > _LEAST_PER_SR, predicted_per_sr, _LEAST_PER_SR)
         return cls(
@@ -82,7 +81,7 @@ class ResidualPoints:
             data.phi_deg[used],
             data.wavelength_nm[used],
             data.is_transmission[used],
-            scan.reshape(-1),
+            data.used_scan_index,
             data.bsdf_per_sr[used] / predicted - 1,
             sigma_per_sr / np.abs(predicted),
             scan_relative,

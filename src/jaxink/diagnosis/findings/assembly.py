@@ -226,7 +226,7 @@ def corrected_fit(found: SearchResult) -> FitResult:
         found.options.fit, starts=1, scan=False, profile="none", config=problem.config
     )
     data = prepare_data(found.fit.data, sample)
-    fixed = settled(sample, problem.scene, data.bsdf_per_sr[data.used]) if sample.effects else sample
+    fixed = settled(sample, data)
     noise = noise_of(data, sample.noise)
     objective = make_objective(data, fixed, "chi_square", problem.config, noise)
     searched = found.last.objective

@@ -128,9 +128,9 @@ def transfer(found: Diagnosis | SavedDiagnosis | FitResult, data: GonioData, is_
     wavelengths = tuple(np.unique(data.wavelength_nm).tolist())
     sample = dataclasses.replace(result.sample, wavelengths_nm=wavelengths)
     data = prepare_data(data, sample)
-    used, free = data.used, sample.parameters.free
+    free = sample.parameters.free
     with computing():
-        scene = Scene.of(*data.used_directions, row=data.reading_order[used])
+        scene = Scene.of_used(data)
         noise = noise_of(data, sample.noise)
         objective = CandidateObjective(sample, (), data, noise, result.config, scene, max(len(free), 1))
         values, errors = objective.start, dict[str, float | None]()

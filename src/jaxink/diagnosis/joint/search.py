@@ -250,13 +250,12 @@ def _directions(
     failures: Failures,
 ) -> Iterator[Direction]:
     """How each effect changes the prediction of one measurement, in units of its noise."""
-    used = data.used
     problem = SearchProblem(
         without_priors(one.sample),
         data,
         noise,
         resolution,
-        Scene.of(*data.used_directions, row=data.reading_order[used]),
+        Scene.of_used(data),
         options.catalogue,
         options.screen,
         options.fit.accuracy,

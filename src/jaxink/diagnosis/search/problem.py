@@ -151,7 +151,7 @@ def problem_of(
         data,
         noise,
         _resolution(fit, sample, options),
-        Scene.of(*data.used_directions, row=data.reading_order[data.used]),
+        Scene.of_used(data),
         options.catalogue,
         dataclasses.replace(options.screen, noise_freedom=noise.degrees_of_freedom),
         options.fit.accuracy,

@@ -45,9 +45,8 @@ class Points:
     def of(cls, data: GonioData) -> "Points":
         """The points that are not masked, in the order of their rows."""
         used = data.used
-        _, scan = np.unique(data.scan_index[used], return_inverse=True)
         return cls(
-            scan.reshape(-1),
+            data.used_scan_index,
             data.theta_i_deg[used],
             data.theta_o_deg[used],
             data.phi_deg[used],
