@@ -8,8 +8,9 @@ import pytest
 
 from jaxink.export import ExportOptions, write
 from jaxink.export.formats import FORMATS
-from jaxink.export.guide import power_lines
+from jaxink.export.guide import _GOOD_VERDICTS, power_lines
 from jaxink.export.limitations import losses_of
+from jaxink.fitting import FitVerdictCode
 from jaxink.ink.hemispherical_totals import diffuse_totals
 from jaxink.ink.table import COMPONENTS
 from tests.ink.analytic_tables import smooth_table
@@ -117,3 +118,7 @@ def test_what_becomes_of_missing_power_is_said_and_on_the_page(format, table, tm
     # Where nothing is known, both say so.
     assert ("not documented" in line) == ("not documented" in row)
     assert ("absorb" in line) == ("absorb" in row.split("|")[2] and "not documented" not in row)
+
+
+def test_the_verdicts_without_a_warning_are_those_of_a_fit():
+    assert set(_GOOD_VERDICTS) == {code for code in FitVerdictCode if not code.needs_warning}

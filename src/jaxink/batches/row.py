@@ -1,10 +1,10 @@
 """The row of one measurement: how it ended, and what was found."""
 
 import dataclasses
-import enum
 import re
 from typing import Any
 
+from jaxink.display.codes import CodeWithMeaning
 from jaxink.errors import InputRefusedError, require_one_of
 from jaxink.files.decoding import decode
 from jaxink.files.encoding import plain
@@ -17,10 +17,8 @@ RESULTS = "results"
 _BELOW = re.compile(r"(/[\w-][\w.-]*)+", re.ASCII)
 
 
-class RowOutcome(enum.StrEnum):
+class RowOutcome(CodeWithMeaning):
     """How a measurement of a batch ended."""
-
-    meaning: str
 
     DONE = "done", "with a result"
     NOT_CONVERGED = "not_converged", "with a result whose search did not end in a minimum"
@@ -29,13 +27,6 @@ class RowOutcome(enum.StrEnum):
     TIME_LIMIT = "time_limit", "ended at the time limit"
     MEMORY_LIMIT = "memory_limit", "ended at the memory limit"
     KILLED = "killed", "ended the process without an answer, twice"
-
-    def __new__(cls, code: str, meaning: str):
-        """A code with its meaning."""
-        member = str.__new__(cls, code)
-        member._value_ = code
-        member.meaning = meaning
-        return member
 
     @property
     def has_result(self) -> bool:

@@ -79,8 +79,8 @@ def show_result(
 def show_verdict(to: Console, result: "FitResult") -> None:
     """Print the verdict on the fit, as the first line."""
     verdict = result.verdict
-    good = verdict.code in ("consistent", "not_judged")
-    to.print(verdict.sentence, style="bold" if good else "bold red", soft_wrap=True)
+    style = "bold red" if verdict.code.needs_warning else "bold"
+    to.print(verdict.sentence, style=style, soft_wrap=True)
 
 
 def show_outcome(to: Console, result: "FitResult") -> None:

@@ -85,8 +85,8 @@ def show_joint_result(result: "JointResult", out: Path, files: Sequence[Path]) -
     from jaxink.report import joint_next_steps
 
     to = console()
-    good = result.verdict.code in ("consistent", "not_judged")
-    to.print(result.verdict.sentence, style="bold" if good else "bold red", soft_wrap=True)
+    style = "bold red" if result.verdict.code.needs_warning else "bold"
+    to.print(result.verdict.sentence, style=style, soft_wrap=True)
     if result.agreement is not None:
         style = "bold red" if result.agreement.disagrees else "bold"
         to.print(result.agreement.sentence, style=style, soft_wrap=True)

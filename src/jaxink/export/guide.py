@@ -20,7 +20,8 @@ _REMARKS = {
 }
 # Towards the horizon, the sums of a table are less accurate.
 _LARGEST_DEG = 80.0
-# Verdicts on a fit that need no warning.
+# Verdicts on a fit that need no warning, those of `FitVerdictCode`: its package would import JAX, which an
+# export of a saved table does without.
 _GOOD_VERDICTS = ("consistent", "not_judged")
 
 

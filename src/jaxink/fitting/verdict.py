@@ -1,11 +1,11 @@
 """The verdict on a fit: whether its residual is what the stated or estimated noise would leave."""
 
 import dataclasses
-import enum
 
 import numpy as np
 
 from jaxink.display.brief import brief_repr
+from jaxink.display.codes import CodeWithMeaning
 from jaxink.fitting.outcome import Outcome
 from jaxink.measurement import LEAST_PROBABILITY, SIGMA_TOLERANCE, NoiseLevel
 from jaxink.numerics.chi_square import residual_above, residual_below
@@ -14,10 +14,8 @@ from jaxink.numerics.chi_square import residual_above, residual_below
 OVERSTATED_FACTOR = 2.0
 
 
-class FitVerdictCode(enum.StrEnum):
+class FitVerdictCode(CodeWithMeaning):
     """Possible verdicts on a fit; the value appears in ``result.json``."""
-
-    meaning: str
 
     CONSISTENT = "consistent", "the residual is consistent with the stated or estimated noise"
     MISFIT = "misfit", "the residual exceeds the noise, and standard errors are meaningless"
@@ -29,12 +27,10 @@ class FitVerdictCode(enum.StrEnum):
         "or the fit stopped at its goal",
     )
 
-    def __new__(cls, code: str, meaning: str):
-        """A code with its meaning."""
-        member = str.__new__(cls, code)
-        member._value_ = code
-        member.meaning = meaning
-        return member
+    @property
+    def needs_warning(self) -> bool:
+        """Whether users must be warned of the result; not if nothing contradicts it."""
+        return self not in (FitVerdictCode.CONSISTENT, FitVerdictCode.NOT_JUDGED)
 
 
 @dataclasses.dataclass(frozen=True)

@@ -51,7 +51,6 @@ _SCANS = {
 }
 # Larger correlations are listed.
 _STRONG = 0.9
-_CODES_THAT_FIT = ("consistent", "not_judged")
 _SIDE = 46
 
 
@@ -80,7 +79,7 @@ def fit_page(
     """
     verdict = result.verdict
     parts = [
-        html.verdict(verdict.sentence, verdict.code, verdict.code in _CODES_THAT_FIT),
+        html.verdict(verdict.sentence, verdict.code, not verdict.code.needs_warning),
         missing_parts(missing),
         paragraph(measured_words(result)),
         html.beside(layer_sketch(result.sample), html.numbers(five_numbers(result))),

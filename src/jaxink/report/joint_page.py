@@ -19,7 +19,6 @@ from jaxink.report.sections import missing_parts
 from jaxink.report.suggestions import NextStep, joint_next_steps
 
 _NUMBERS = 5
-_CODES_THAT_FIT = ("consistent", "not_judged")
 # What the columns of the table of measurements mean.
 _COLUMNS = (
     "alone: chi-square of the measurement at its own optimum; cost: what the joint fit costs it; held out: "
@@ -106,7 +105,7 @@ def joint_page(
         )
         numbers.append((f"{value} {p.unit}".rstrip(), p.name))
     parts = [
-        html.verdict(verdict.sentence, verdict.code, verdict.code in _CODES_THAT_FIT),
+        html.verdict(verdict.sentence, verdict.code, not verdict.code.needs_warning),
         missing_parts(missing),
         paragraph(result.agreement.sentence) if result.agreement is not None else "",
         html.beside(layer_sketches(samples), html.numbers(numbers)),

@@ -1,15 +1,13 @@
 """The verdict: a code and a sentence."""
 
 import dataclasses
-import enum
 
 from jaxink.display.brief import brief_repr
+from jaxink.display.codes import CodeWithMeaning
 
 
-class VerdictCode(enum.StrEnum):
+class VerdictCode(CodeWithMeaning):
     """Possible results of a diagnosis; the value appears in ``report.json``."""
-
-    meaning: str
 
     NO_MISFIT = (
         "no_misfit",
@@ -39,13 +37,6 @@ class VerdictCode(enum.StrEnum):
     PARTLY_EXPLAINED = "partly_explained", "effects were found, but structure remains"
     UNEXPLAINED_STRUCTURE = "unexplained_structure", "structure remains, and no effect passed the tests"
     UNFINISHED = "unfinished", "a time limit left out tests that any other verdict would rest on"
-
-    def __new__(cls, code: str, meaning: str):
-        """A code with its meaning."""
-        member = str.__new__(cls, code)
-        member._value_ = code
-        member.meaning = meaning
-        return member
 
     @property
     def structure_remains(self) -> bool:
