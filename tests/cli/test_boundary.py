@@ -17,7 +17,7 @@ from jaxink.ink.boundary_file import DESCRIPTIONS, OTHER_KEYS, TOP_KEYS, load_bo
 from jaxink.ink.boundary_validity import validity_checks
 from jaxink.ink.hemispherical_totals import power_sent_out
 from jaxink.numerics.precision import computing
-from jaxink.surfaces.slopes import gaussian_slopes
+from tests.surfaces.densities import gaussian_slopes
 
 DOCUMENT = (Path(__file__).resolve().parents[2] / "docs" / "manual" / "surfaces.md").read_text(
     encoding="utf-8"

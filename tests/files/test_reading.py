@@ -7,19 +7,19 @@ import sys
 import pytest
 
 from jaxink.errors import InputRefusedError
-from jaxink.files.reading import open_bounded, read_bounded, require_readable
+from jaxink.files.reading import open_bounded, read_bounded
 
 LIMIT_BYTES = 100_000
 unix = pytest.mark.skipif(sys.platform == "win32", reason="these kinds of files are of Unix")
 
 
-@pytest.fixture(params=[read_bounded, require_readable], ids=["read", "checked"])
-def refused_file(request, refused):
+@pytest.fixture
+def refused_file(refused):
     """Refuses a file by a sentence that names all of these; gives the sentence."""
 
     def refuse(path, *named):
         with refused(*named) as caught:
-            request.param(path, LIMIT_BYTES, "sample file")
+            read_bounded(path, LIMIT_BYTES, "sample file")
         return str(caught.value)
 
     return refuse
@@ -62,11 +62,10 @@ def test_the_size_that_a_file_claims_is_no_bound(refused):
 
 
 @pytest.mark.parametrize("name", ["x" * 256, "/".join(["x" * 200] * 30)], ids=["name", "path"])
-@pytest.mark.parametrize("read", [read_bounded, require_readable], ids=["read", "checked"])
-def test_names_that_are_too_long_are_refused_and_shortened(name, read, tmp_path):
+def test_names_that_are_too_long_are_refused_and_shortened(name, tmp_path):
     # Where it is cut depends on the folder.
     with pytest.raises(InputRefusedError, match=r"x\.\.\.x+: .*sample file") as caught:
-        read(tmp_path / name, LIMIT_BYTES, "sample file")
+        read_bounded(tmp_path / name, LIMIT_BYTES, "sample file")
     assert len(str(caught.value)) < 400
 
 

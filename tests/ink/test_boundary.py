@@ -17,10 +17,11 @@ from jaxink.ink.hemispherical_totals import diffuse_totals, power_sent_out
 from jaxink.ink.table import COMPONENTS
 from jaxink.numerics.precision import computing
 from jaxink.surfaces.height_map import HeightMap, TabulatedSlopes
-from jaxink.surfaces.slopes import gaussian_slopes, slope_density
+from jaxink.surfaces.slopes import slope_density
 from jaxink.surfaces.spectrum import GaussianSpectrum
 from jaxink.surfaces.wave_power import balance
 from jaxink.surfaces.wave_surface import WaveSurface
+from tests.surfaces.densities import gaussian_slopes
 
 OPTIONS = BoundaryOptions(1.5, 1.0, n_theta=61, n_phi=37)
 WAVES = GaussianSpectrum(0.05**2, 1.2)

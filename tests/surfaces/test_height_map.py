@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from jaxink.surfaces.height_map import HeightMap, TabulatedSlopes
-from jaxink.surfaces.slopes import gaussian_slopes
 from jaxink.surfaces.spectrum import GaussianSpectrum, KCorrelation, isotropic_from_profile
+from tests.surfaces.densities import gaussian_slopes
 
 
 def synthetic(spectrum, n, pitch_um, seed):

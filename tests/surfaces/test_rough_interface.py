@@ -14,8 +14,9 @@ from jaxink.optics.channels import ChannelGrid
 from jaxink.optics.fresnel import fresnel_reflectance
 from jaxink.surfaces.facets import FacetRule
 from jaxink.surfaces.interface import RoughSizes, rough_interface
-from jaxink.surfaces.slopes import LAWS, AnalyticSlopes, SlopeMixture, gaussian_slopes, slope_density
+from jaxink.surfaces.slopes import LAWS, AnalyticSlopes, SlopeMixture, slope_density
 from jaxink.surfaces.table import FINE, mixture_table, rough_table
+from tests.surfaces.densities import gaussian_slopes
 
 AIR, GLASS = jnp.asarray(1.0), jnp.asarray(1.5)
 GRID = ChannelGrid(jnp.array([1.0, 1.5]), jnp.array([False, True]), (16, 12))

@@ -26,7 +26,8 @@ from jaxink.solver.plan import plan_channels
 from jaxink.surfaces.facets import FacetRule
 from jaxink.surfaces.interface import RoughSizes, rough_interface
 from jaxink.surfaces.lobes import reflected_lobe, transmitted_lobe
-from jaxink.surfaces.slopes import gaussian_slopes, slope_density
+from jaxink.surfaces.slopes import slope_density
+from tests.surfaces.densities import gaussian_slopes
 
 CONFIG = SolverConfig(12, 10, 16, 10)
 PLATE = ClearLayer(1.5, 0.0)

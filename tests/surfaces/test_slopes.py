@@ -6,14 +6,8 @@ from scipy.integrate import quad
 
 from jaxink.sample import schema
 from jaxink.surfaces.facets import FacetRule, projected_area
-from jaxink.surfaces.slopes import (
-    DENSITIES,
-    LAWS,
-    AnalyticSlopes,
-    SlopeMixture,
-    gaussian_slopes,
-    slope_density,
-)
+from jaxink.surfaces.slopes import DENSITIES, LAWS, AnalyticSlopes, SlopeMixture, slope_density
+from tests.surfaces.densities import gaussian_slopes
 
 
 def of_law(name, scale):

@@ -13,11 +13,11 @@ from jaxink.solver.bsdf import diffuse_bsdf, hemispherical_power
 from jaxink.solver.config import SolverConfig
 from jaxink.solver.plan import plan_channels
 from jaxink.solver.stack import Stack
-from jaxink.surfaces.slopes import gaussian_slopes
 from jaxink.surfaces.spectrum import BroadenedSpectrum, GaussianSpectrum, KCorrelation, broadened
 from jaxink.surfaces.wave_face import WaveFace, wave_interface
 from jaxink.surfaces.wave_optics import scattered_bsdf
 from jaxink.surfaces.wave_surface import WaveSurface
+from tests.surfaces.densities import gaussian_slopes
 
 WAVELENGTH = 550.0
 SIZES = SolverConfig(12, 10, 16, 6)

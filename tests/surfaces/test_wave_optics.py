@@ -8,11 +8,11 @@ from scipy.integrate import quad
 from scipy.special import j0
 
 from jaxink.surfaces.lobes import reflected_lobe, transmitted_lobe
-from jaxink.surfaces.slopes import gaussian_slopes
 from jaxink.surfaces.spectrum import GaussianSpectrum, KCorrelation, tabulated_spectrum
 from jaxink.surfaces.wave_optics import perturbation_factor, scattered_bsdf
 from jaxink.surfaces.wave_power import balance, scattered_power, validity
 from jaxink.surfaces.wave_surface import WaveSurface, phase_per_height, regular_power
+from tests.surfaces.densities import gaussian_slopes
 
 SMOOTH = WaveSurface(KCorrelation(0.002**2, 3.0, 3.5), 1.0, 1.5, 550.0)
 POLAR = np.deg2rad([8.0, 35.0, 62.0, 80.0])

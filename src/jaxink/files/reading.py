@@ -95,12 +95,6 @@ def utf8_text(content: bytes, name: str) -> str:
         ) from None
 
 
-def require_readable(path: str | Path, limit_bytes: int, what: str) -> None:
-    """Check a file that a library opens by its name; parameters and errors as for `open_bounded`."""
-    with open_bounded(path, limit_bytes, what):
-        pass
-
-
 def _without_waiting(path: str, flags: int) -> int:
     """Open a file without blocking, as a pipe would until somebody writes to it."""
     return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))

@@ -2,7 +2,7 @@
 
 import dataclasses
 from collections.abc import Collection
-from typing import Any, Protocol
+from typing import Any
 
 from jaxink.display.brief import brief_repr
 from jaxink.errors import InputRefusedError
@@ -10,20 +10,9 @@ from jaxink.sample.effect_schema import EFFECTS, ELSEWHERE
 from jaxink.sample.entries import bounded, only, table_of
 from jaxink.sample.hints import unknown_key
 from jaxink.sample.parameter_reading import ParameterReader
-from jaxink.sample.parameters import Parameter
 from jaxink.sample.schema import Quantity
 
 FormValue = str | int | float | bool | None
-
-
-class EffectKind(Protocol):
-    """A user's own class of effects, as far as reading a file is concerned."""
-
-    name: str
-
-    @property
-    def terms(self) -> tuple[Parameter, ...]:
-        """Its parameters."""
 
 
 @dataclasses.dataclass(frozen=True)

@@ -158,11 +158,6 @@ def slope_density(law: str | SlopeLaw, sigma_deg) -> AnalyticSlopes:
     return AnalyticSlopes(jnp.tan(jnp.deg2rad(sigma_deg)) ** 2, law)
 
 
-def gaussian_slopes(slope_variance: Float[ArrayLike, ""]) -> AnalyticSlopes:
-    """Gaussian density (Beckmann) of a variance along each axis."""
-    return AnalyticSlopes(jnp.asarray(slope_variance), LAWS["beckmann"])
-
-
 def law_name(density: SlopeDensity) -> str:
     """Name of the law of a density, or that of its class if it has no law."""
     if not isinstance(density, AnalyticSlopes):
