@@ -11,7 +11,7 @@ from jaxink.errors import InputRefusedError
 from jaxink.files.reading import shown_path
 from jaxink.files.version import installed_version
 from jaxink.files.writing import require_file
-from jaxink.measurement import read, refuse_other_samples, write_csv
+from jaxink.measurement import read, refuse_other_samples, wavelength_words, write_csv
 
 if TYPE_CHECKING:
     from jaxink import GonioData
@@ -35,9 +35,7 @@ def run_convert(data_files: Sequence[Path], out: Path, columns: dict[str, Any], 
 
 def _headline(data: "GonioData") -> str:
     sides = " and ".join(sorted(set(data.side.tolist())))
-    wavelengths = sorted(set(data.wavelength_nm.tolist()))
-    several = f"{len(wavelengths)} wavelengths from {wavelengths[0]:g} to {wavelengths[-1]:g} nm"
-    at = f"{wavelengths[0]:g} nm" if len(wavelengths) == 1 else several
+    at = wavelength_words(sorted(set(data.wavelength_nm.tolist())))
     incidences = len(set(data.theta_i_deg.tolist()))
     angles = "1 angle" if incidences == 1 else f"{incidences} angles"
     return f"{len(data)} values of {data.source}: {sides} at {at}, {angles} of incidence."

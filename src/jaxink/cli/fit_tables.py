@@ -85,15 +85,10 @@ def show_verdict(to: Console, result: "FitResult") -> None:
 
 def show_outcome(to: Console, result: "FitResult") -> None:
     """Print what was fitted, and whether the fit converged."""
-    from jaxink.measurement import mask_sentences
+    from jaxink.measurement import mask_sentences, wavelength_words
 
     data = result.data
-    wavelengths = sorted(set(data.wavelength_nm.tolist()))
-    spectrum = (
-        f"{wavelengths[0]:g} nm"
-        if len(wavelengths) == 1
-        else f"{len(wavelengths)} wavelengths from {wavelengths[0]:g} to {wavelengths[-1]:g} nm"
-    )
+    spectrum = wavelength_words(sorted(set(data.wavelength_nm.tolist())))
     scans = len(result.scans)
     to.print(
         f"{data.source or 'measurement'}: {int(data.used.sum())} of {len(data)} points used, {scans} "

@@ -31,7 +31,7 @@ from jaxink.measurement.readings import QUANTITIES, Readings, Spheres
 from jaxink.measurement.readings_file import is_readings_file, read_readings
 from jaxink.measurement.reflectance_of_bsdf import diffuse_reflectance
 from jaxink.measurement.rows import BACKING, LIT_SIDE, SAMPLE, THICKNESS, Condition, Conditions, same_cell
-from jaxink.measurement.scans import SAME, Scan
+from jaxink.measurement.scans import SAME, Scan, wavelength_words
 from jaxink.measurement.spectrum_file import read_spectrum
 from jaxink.measurement.table import is_frame, is_number, kind_of, refusal
 from jaxink.measurement.text_file import write_csv
@@ -93,6 +93,7 @@ __all__ = [
     "repeat_differences",
     "same_cell",
     "symmetry_repeatability",
+    "wavelength_words",
     "without_copies",
     "write_csv",
 ]

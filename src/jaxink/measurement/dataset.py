@@ -27,7 +27,7 @@ from jaxink.measurement.masks import (
     mask_sentences,
     value_bits,
 )
-from jaxink.measurement.scans import SAME, Scan, scan_numbers
+from jaxink.measurement.scans import SAME, Scan, scan_numbers, wavelength_words
 from jaxink.measurement.table import TextTable
 
 if TYPE_CHECKING:
@@ -453,13 +453,9 @@ def data_card(
 ) -> Card:
     """Card of a measurement; the parameters are fields of `GonioData`, or derived from them."""
     wavelengths = sorted({scan.wavelength_nm for scan in scans})
-    spectrum = f"{wavelengths[0]:g} nm"
-    if len(wavelengths) > 1:
-        spectrum = f"{len(wavelengths)} wavelengths from {wavelengths[0]:g} to {wavelengths[-1]:g} nm"
     noise = "with standard deviations" if has_sigma else "without standard deviations"
-    title = (
-        f"Measurement {source or 'in memory'}: {len(mask)} points in {len(scans)} scans, {spectrum}, {noise}"
-    )
+    what = f"{len(mask)} points in {len(scans)} scans, {wavelength_words(wavelengths)}"
+    title = f"Measurement {source or 'in memory'}: {what}, {noise}"
     rows = []
     for side in sorted({scan.side for scan in scans}):
         for wavelength_nm in wavelengths:

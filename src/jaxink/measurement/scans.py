@@ -1,5 +1,6 @@
 """Scans of a measurement: the points of one incidence, wavelength and side."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -31,6 +32,14 @@ class Scan:
     theta_i_deg: float
     points: int
     used: int
+
+
+def wavelength_words(wavelengths_nm: Sequence[float]) -> str:
+    """Ascending wavelengths in words, such as ``550 nm`` or ``3 wavelengths from 450 to 650 nm``."""
+    first, *others = wavelengths_nm
+    if not others:
+        return f"{first:g} nm"
+    return f"{len(wavelengths_nm)} wavelengths from {first:g} to {others[-1]:g} nm"
 
 
 def scan_numbers(

@@ -9,7 +9,7 @@ from jaxink.diagnosis import TESTS
 from jaxink.display.html import paragraph, table
 from jaxink.effects import Inapplicable
 from jaxink.ink import LARGEST_THETA_DEG, TableComparison
-from jaxink.measurement import mask_sentences
+from jaxink.measurement import mask_sentences, wavelength_words
 from jaxink.numerics.digits import plain, with_uncertainty
 from jaxink.numerics.failures import Failure
 from jaxink.plots import FROM_INSIDE, is_simulated, measurement_name, used_wavelengths
@@ -83,10 +83,7 @@ def missing_parts(missing: Sequence[Failure]) -> str:
 def measured_words(result: "FitResult") -> str:
     """What was measured and used, and its noise."""
     data = result.data
-    wavelengths = used_wavelengths(data)
-    spectrum = f"{wavelengths[0]:g} nm"
-    if len(wavelengths) > 1:
-        spectrum = f"{len(wavelengths)} wavelengths from {wavelengths[0]:g} to {wavelengths[-1]:g} nm"
+    spectrum = wavelength_words(used_wavelengths(data))
     source = f" of {data.source}" if data.source else ""
     what = f"{int(data.used.sum())} of {len(data)} points{source} in {len(result.scans)} scans, {spectrum}"
     simulated = " The measurement is SIMULATED." if is_simulated(result) else ""
