@@ -59,7 +59,7 @@ def test_effect_of_the_example_is_complete(monkeypatch):
     names = {}
     exec(f"{IMPORTS}found = {{{code_of('EffectKeys(')}}}", names)
     monkeypatch.setattr(effect_schema, "EFFECTS", effect_schema.EFFECTS | names["found"])
-    effect = defined(["class", "Vignetting"][1])
+    effect = defined("Vignetting")
     assert not effect.__abstractmethods__
     assert effect().strength.value == 0
 
