@@ -40,9 +40,9 @@ def entries(table: Mapping[str, Entry]) -> str:
 
 def effects(catalogue: Iterable[type[Effect]]) -> str:
     """The catalogue of effects."""
-    sign = {0: "either", 1: "0 or more"}
+    strength = {True: "either", False: "0 or more"}
     rows = [
-        [f"`{e.name}`", e.group, sign[e.sign], f"{e.usual:g}".replace("inf", "-"), e.statement]
+        [f"`{e.name}`", e.group, strength[e.may_be_negative], f"{e.usual:g}".replace("inf", "-"), e.statement]
         for e in catalogue
     ]
     return _markdown(["effect", "group", "strength", "usual strength", "meaning"], rows)

@@ -6,7 +6,7 @@ import numpy as np
 
 import jaxink
 from benchmarks.validation.power.cases import ACCURACY, case_of
-from jaxink.diagnosis import Candidate, ScreenOptions, prepare_screen
+from jaxink.diagnosis import ScreenOptions, prepare_screen
 from jaxink.diagnosis.search.candidate_refits import limit_by_refits
 from jaxink.diagnosis.search.model import fit_model
 from jaxink.diagnosis.search.problem import SearchProblem
@@ -46,11 +46,8 @@ class Case:
         )
         self.relative, self.floor = self.sample.noise.relative, self.sample.noise.floor_per_sr
         self.model = fit_model(self.problem, (), result.values)
-        self.directions = Screen.of(self.model).directions
-        self.candidates = [
-            Candidate(name, np.stack([d.column for d in found], axis=1), found[0].effect.sign)
-            for name, found in self.directions.items()
-        ]
+        made = Screen.of(self.model)
+        self.directions, self.candidates = made.directions, made.candidates
         self.prepared = prepare_screen(
             self.model.jacobian, self.candidates, at_bound=self.model.at_bound, options=ScreenOptions()
         )

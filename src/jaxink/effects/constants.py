@@ -14,7 +14,7 @@ class DeclaredConstant(SampleEffect):
 
     term: Parameter
 
-    sign, group = 0, "constant"
+    may_be_negative, group = True, "constant"
 
     @property
     def terms(self):
@@ -79,7 +79,7 @@ class PlateIndex(_Index):
 class PlateAbsorption(DeclaredConstant):
     """Absorption of the plate."""
 
-    name, sign, usual = "plate_absorption", 1, 0.01
+    name, may_be_negative, usual = "plate_absorption", False, 0.01
     statement = "the plate absorbs more than declared"
 
     @classmethod

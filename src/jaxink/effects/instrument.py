@@ -17,7 +17,7 @@ _MANY_PLANES = "the scans have too many planes of view for integrals along them"
 class Gain(ScalingEffect):
     """All readings are wrong by a common factor."""
 
-    name, sign, usual = "gain", 0, 0.05
+    name, may_be_negative, usual = "gain", True, 0.05
     statement = "the calibration is wrong by one factor for all scans"
     numbered = "the readings of all scans are wrong by {relative%}"
     terms = terms_of("gain")
@@ -31,7 +31,7 @@ class Gain(ScalingEffect):
 class SideGain(ScalingEffect):
     """Readings in reflection are wrong by a factor relative to transmission."""
 
-    name, sign, usual = "side_gain", 0, 0.03
+    name, may_be_negative, usual = "side_gain", True, 0.03
     statement = "the calibration of reflection is wrong relative to that of transmission"
     numbered = "the readings in reflection are wrong by {relative%}"
     terms = terms_of("side_gain")
@@ -50,7 +50,7 @@ class SideGain(ScalingEffect):
 class AngleOffset(ReadingEffect):
     """Zero error of the detector arm."""
 
-    name, sign, usual = "angle_offset", 0, 0.3
+    name, may_be_negative, usual = "angle_offset", True, 0.3
     looks_at = Surroundings.PLANES
     statement = "the detector arm has an angular offset"
     numbered = "the detector arm has an angular offset of {angle_deg}"
@@ -72,7 +72,8 @@ class AngleOffset(ReadingEffect):
 class IncidenceAngle(ReadingEffect):
     """The angle of incidence differs from its label."""
 
-    name, group, sign, usual = "incidence_angle", "constant", 0, 0.3
+    # A stated value is wrong, as with the constants of a sample; the instrument may respond as it should.
+    name, group, may_be_negative, usual = "incidence_angle", "constant", True, 0.3
     looks_at = Surroundings.INCIDENCES
     statement = "the angle of incidence differs from its label"
     numbered = "the angle of incidence differs from its label by {angle_deg}"
@@ -200,7 +201,7 @@ class Nonlinearity(ReadingEffect):
 
     full_scale_per_sr: float | None = None
 
-    name, sign, usual = "nonlinearity", 0, 0.02
+    name, may_be_negative, usual = "nonlinearity", True, 0.02
     statement = "the detector is not linear, or something else grows with the signal"
     numbered = (
         "the detector is not linear, or something else grows with the signal: the reading of the largest one "
@@ -235,7 +236,7 @@ class Drift(ReadingEffect):
     first_row: float | None = None
     last_row: float | None = None
 
-    name, sign, usual = "drift", 0, 0.01
+    name, may_be_negative, usual = "drift", True, 0.01
     statement = "the signal drifts from the first to the last row"
     numbered = "the signal drifts by {relative%} from the first to the last row"
     terms = terms_of("drift")

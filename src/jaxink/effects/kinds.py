@@ -46,8 +46,8 @@ class Effect(abc.ABC):
         share in per cent: ``{share%} of the area has no ink``; empty: the statement, then all numbers.
     group
         ``instrument``, ``surface``, ``volume``, ``geometry``, ``wave optics``, ``constant`` or ``numerics``.
-    sign
-        1 if the strength cannot be negative, 0 if it can have either sign.
+    may_be_negative
+        Whether the strength can have either sign.
     usual
         Usual strength; an effect whose detection limit is larger is hardly testable.
     scales
@@ -62,7 +62,7 @@ class Effect(abc.ABC):
     statement: ClassVar[str] = ""
     numbered: ClassVar[str] = ""
     group: ClassVar[str]
-    sign: ClassVar[int] = 1
+    may_be_negative: ClassVar[bool] = False
     usual: ClassVar[float] = np.inf
     scales: ClassVar[bool] = False
     changes_particles: ClassVar[bool] = False
@@ -187,7 +187,7 @@ class Effect(abc.ABC):
         reach = high - low
         inside = max(low, min(high, self.neutral + step * unit))
         # Off the bound, so that parameters multiplied by the strength have a slope.
-        if self.sign == 1:
+        if not self.may_be_negative:
             inside = max(inside, min(self.neutral + 0.02 * reach, high))
         return {self.strength.name: inside}
 

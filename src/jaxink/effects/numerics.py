@@ -17,7 +17,7 @@ class _HalfAsManyAgain(FinerDiscretisation):
     """The solver's resolution is too low; strength 1 is a step to one and a half times as many."""
 
     refined_sizes: ClassVar[tuple[str, ...]]
-    sign = 0
+    may_be_negative = True
 
     @classmethod
     def forms(cls, case: Case):

@@ -145,7 +145,7 @@ class DepthGradient(DividingEffect):
 
     layer: str
 
-    name, sign, usual = "depth_gradient", 0, 0.5
+    name, may_be_negative, usual = "depth_gradient", True, 0.5
     changes_structure, scales = True, True
     statement = "the ink's scattering changes with depth"
     numbered = "the back half of the ink scatters more than the front half, by {slope%} of their mean"
@@ -323,7 +323,7 @@ class InkAbsorption(_MieTerm):
 class _DeclaredAbsorption(DeclaredConstant):
     """The same for an ink with declared coefficients."""
 
-    name, sign, group = "ink_absorption", 1, "volume"
+    name, may_be_negative, group = "ink_absorption", False, "volume"
     statement = "the ink absorbs more than declared"
 
 

@@ -82,7 +82,7 @@ class BinderDispersion(SampleEffect):
     layer: str
     middle_nm: float
 
-    name, group, sign, usual = "dispersion", "wave optics", 0, 0.005
+    name, group, may_be_negative, usual = "dispersion", "wave optics", True, 0.005
     changes_structure, scales = True, True
     statement = "the refractive index of the binder depends on the wavelength"
     numbered = "the refractive index of the binder depends on the wavelength, with Cauchy's B = {b_um2}"

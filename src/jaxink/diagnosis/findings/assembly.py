@@ -317,7 +317,7 @@ def overlaps_with(shape: ResidualShape, found: SearchResult) -> dict[str, float]
     overlaps = {}
     for name, directions in screen.directions.items():
         cosines = [shape.overlap(found.last.projection.remove(d.column)) for d in directions]
-        overlaps[name] = max(cosines, key=abs if directions[0].effect.sign == 0 else float)
+        overlaps[name] = max(cosines, key=abs if directions[0].effect.may_be_negative else float)
     return dict(sorted(overlaps.items(), key=lambda item: -abs(item[1])))
 
 

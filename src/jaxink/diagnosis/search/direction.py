@@ -59,7 +59,7 @@ class Direction:
 
     def reachable_delta_chi_square(self, z: float, norm: float) -> float:
         """Largest decrease in chi-square for a strength within its range, in the linear approximation."""
-        if z <= 0 and self.effect.sign == 1:
+        if z <= 0 and not self.effect.may_be_negative:
             return 0.0
         step = min(abs(z) / norm, self.largest) * norm
         return 2 * step * abs(z) - step**2

@@ -42,16 +42,24 @@ class Screen:
         return cls(model, _directions(model, with_own), Refits(len(model.residual)))
 
     @cached_property
-    def result(self) -> ScreenResult:
-        """Scores of all candidates, with their significance."""
-        candidates = [
-            Candidate(name, np.stack([d.column for d in found], axis=1), found[0].effect.sign)
+    def candidates(self) -> list[Candidate]:
+        """What the effects would change, each with all of its directions."""
+        return [
+            Candidate(
+                name,
+                np.stack([d.column for d in found], axis=1),
+                sign=0 if found[0].effect.may_be_negative else 1,
+            )
             for name, found in self.directions.items()
         ]
+
+    @cached_property
+    def result(self) -> ScreenResult:
+        """Scores of all candidates, with their significance."""
         return screen(
             self.model.residual,
             self.model.jacobian,
-            candidates,
+            self.candidates,
             at_bound=self.model.at_bound,
             options=self.model.problem.screen_options,
             policy=self.model.problem.policy,
