@@ -63,9 +63,9 @@ class Source:
                 found |= {alias.name for alias in node.names}
         return (found & set(self.modules)) - {name}
 
-    def past_faces(self) -> int:
-        """Imports of a module of another room, past what the room's ``__init__`` lists."""
-        tools = {f"jaxink.{room}" for room in ("errors", "files", "numerics", "display")}
+    def past_interfaces(self) -> int:
+        """Imports of a module of another package, past what the package's ``__init__`` lists."""
+        utilities = {f"jaxink.{name}" for name in ("errors", "files", "numerics", "display")}
         return sum(
             1
             for name, module in self.modules.items()
@@ -73,8 +73,8 @@ class Source:
             if isinstance(node, ast.ImportFrom)
             and (parts := (node.module or "").split("."))[0] == "jaxink"
             and len(parts) > 2
-            and (room := ".".join(parts[:2])) not in tools
-            and not f"{name}.".startswith(f"{room}.")
+            and (package := ".".join(parts[:2])) not in utilities
+            and not f"{name}.".startswith(f"{package}.")
         )
 
     def circles(self) -> list[set[str]]:
@@ -140,7 +140,7 @@ def measures(tree: Path) -> dict[str, str]:
     return found | {
         "lines of text for pages beside the scripts": str(n_lines(templates)),
         "modules of src": str(len(source.modules)),
-        "imports past the face of a room": str(source.past_faces()),
+        "imports past the interface of a package": str(source.past_interfaces()),
         "modules at the top of src/jaxink": str(len(list((tree / "src" / "jaxink").glob("*.py")))),
         "largest module, lines": source.largest_module(),
         "largest function, lines": source.largest_function(),

@@ -10,7 +10,7 @@ import pytest
 
 from jaxink.fitting import Objective
 from jaxink.sample import effect_schema
-from tests.test_import_direction import FLOORS
+from tests.test_import_direction import LAYERS
 
 TEXT = (Path(__file__).resolve().parents[2] / "CONTRIBUTING.md").read_text(encoding="utf-8")
 EXAMPLES = re.findall(r"```python\n(.*?)```", TEXT, re.DOTALL)
@@ -46,13 +46,14 @@ def defined(name, before=""):
     return names[name]
 
 
-def test_rooms_are_listed_from_the_bottom_to_the_top():
+def test_packages_are_listed_from_the_bottom_to_the_top():
     rows = (line.split("|")[1] for line in TEXT.splitlines() if line.startswith("| `"))
-    listed = [re.findall(r"`(\w+)`", rooms) for rooms in rows]
-    at = {room: k for k, rooms in enumerate(FLOORS) for room in rooms}
-    assert sorted(room for rooms in listed for room in rooms) == sorted(set(at) - {"data", "__main__"})
-    floors = [at[room] for rooms in listed for room in rooms]
-    assert floors == sorted(floors)
+    listed = [re.findall(r"`(\w+)`", packages) for packages in rows]
+    at = {package: k for k, packages in enumerate(LAYERS) for package in packages}
+    names = [name for packages in listed for name in packages]
+    assert sorted(names) == sorted(set(at) - {"data", "__main__"})
+    layers = [at[name] for name in names]
+    assert layers == sorted(layers)
 
 
 def test_effect_of_the_example_is_complete(monkeypatch):
