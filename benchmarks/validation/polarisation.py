@@ -68,7 +68,7 @@ def two_orders_of(name: str, index: float, thickness: float) -> tuple[np.ndarray
     jax.config.update("jax_enable_x64", True)
     from jaxink.optics.directions import Directions
     from jaxink.optics.layers import ScatteringLayer
-    from jaxink.particles.mixture import Population, mixture_coefficients, mixture_matrix
+    from jaxink.particles.mixture import SpherePopulation, mixture_coefficients, mixture_matrix
     from jaxink.particles.phase_function import Rayleigh
     from jaxink.particles.size_distribution import SizeDistribution
     from jaxink.solver.stack import Stack
@@ -79,7 +79,7 @@ def two_orders_of(name: str, index: float, thickness: float) -> tuple[np.ndarray
     else:
         radii, volume = map(jax.numpy.asarray, sizes(name))
         each = SizeDistribution(radii, volume, radii[0], np.zeros(radii.size, bool))
-        one = (Population(each, INKS[name][1], 0.1),)
+        one = (SpherePopulation(each, INKS[name][1], 0.1),)
         largest = float(2 * np.pi * BINDER * radii[-1] / WAVELENGTH_NM) + 1
         phase_function = mixture_coefficients(one, BINDER, WAVELENGTH_NM, None, largest).phase_function
         matrix = mixture_matrix(one, BINDER, WAVELENGTH_NM, largest)

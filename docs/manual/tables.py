@@ -64,7 +64,7 @@ def elsewhere(table: Mapping[str, str]) -> str:
     return _markdown(["effect", "declared by"], ([f"`{name}`", place] for name, place in table.items()))
 
 
-def readings(table: Mapping[str, reading_kinds.Quantity]) -> str:
+def readings(table: Mapping[str, reading_kinds.ReadingKind]) -> str:
     """Quantities of readings, with the angles that are taken unless others are stated."""
     rows = []
     for name, q in table.items():

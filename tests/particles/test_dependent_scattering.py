@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from jaxink.particles.mie import mie_coefficients
-from jaxink.particles.mixture import Population, mixture_coefficients
+from jaxink.particles.mixture import SpherePopulation, mixture_coefficients
 from jaxink.particles.size_distribution import log_normal, monodisperse
 from jaxink.particles.structure_factor import percus_yevick
 
@@ -67,7 +67,7 @@ COSINES = np.concatenate([[1.0, -1.0], NODES])
 def crowded(parameters):
     """Coefficients, moments and phase function of two kinds of spheres."""
     populations = tuple(
-        Population(log_normal(radius, variance), index + 1j * absorbs, fraction)
+        SpherePopulation(log_normal(radius, variance), index + 1j * absorbs, fraction)
         for radius, variance, index, absorbs, fraction in parameters["kinds"]
     )
     phase, scattering, absorption = mixture_coefficients(
@@ -180,7 +180,7 @@ def test_populations_add_and_are_weighted_by_what_they_scatter():
     first, second = (125.0, 2.7 + 0.01j, 0.1), (250.0, 1.64 + 0.001j, 0.05)
     alone = [mie_coefficients(*sphere, BINDER, WAVELENGTH) for sphere in (first, second)]
     mixture = mixture_coefficients(
-        tuple(Population(monodisperse(r), m, f) for r, m, f in (first, second)), BINDER, WAVELENGTH
+        tuple(SpherePopulation(monodisperse(r), m, f) for r, m, f in (first, second)), BINDER, WAVELENGTH
     )
     for k in (1, 2):
         assert float(mixture[k]) == pytest.approx(sum(float(a[k]) for a in alone), rel=1e-12)
@@ -227,16 +227,16 @@ def test_spheres_of_the_binders_index_do_not_scatter():
         (lambda: mixture_coefficients((), 1.5, 550.0), ""),
         (
             lambda: mixture_coefficients(
-                tuple(Population(monodisperse(100.0), 2.0, f) for f in (0.6, 0.5)), 1.5, 550.0
+                tuple(SpherePopulation(monodisperse(100.0), 2.0, f) for f in (0.6, 0.5)), 1.5, 550.0
             ),
             "1.1",
         ),
         (
-            lambda: mixture_coefficients((Population(monodisperse(100.0), 2.0, 0.1),), 1.5, 550.0, 1.5),
+            lambda: mixture_coefficients((SpherePopulation(monodisperse(100.0), 2.0, 0.1),), 1.5, 550.0, 1.5),
             "structure_factor_weight",
         ),
         (
-            lambda: mixture_coefficients((Population(monodisperse(100.0), 2.0, -0.1),), 1.5, 550.0),
+            lambda: mixture_coefficients((SpherePopulation(monodisperse(100.0), 2.0, -0.1),), 1.5, 550.0),
             "volume_fraction",
         ),
     ],

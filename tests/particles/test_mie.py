@@ -6,7 +6,7 @@ import pytest
 
 from jaxink.particles.mie import mie_coefficients, mie_sphere
 from jaxink.particles.mie_series import mie_orders
-from jaxink.particles.mixture import Population, mixture_matrix
+from jaxink.particles.mixture import SpherePopulation, mixture_matrix
 from jaxink.particles.phase_function import Rayleigh
 from jaxink.particles.size_distribution import monodisperse
 
@@ -250,7 +250,7 @@ def test_wrong_values_are_refused_with_a_sentence(make, named, refused):
 
 def test_the_scattering_matrix_is_that_of_miepython():
     index, x = 1.8, 4.2
-    spheres = (Population(monodisperse(x / (2 * np.pi * 1.5 / 550.0)), 1.5 * index, 0.1),)
+    spheres = (SpherePopulation(monodisperse(x / (2 * np.pi * 1.5 / 550.0)), 1.5 * index, 0.1),)
     found = mixture_matrix(spheres, 1.5, 550.0, 10.0).elements(COSINES)
     s_1, s_2 = miepython.S1_S2(index, x, COSINES, norm="4pi")
     f_11, f_12, f_33 = found
@@ -260,6 +260,6 @@ def test_the_scattering_matrix_is_that_of_miepython():
 
 
 def test_small_spheres_scatter_as_dipoles():
-    spheres = (Population(monodisperse(0.5), 2.5, 0.1),)
+    spheres = (SpherePopulation(monodisperse(0.5), 2.5, 0.1),)
     found = mixture_matrix(spheres, 1.5, 550.0, 1.0).elements(COSINES)
     np.testing.assert_allclose(found, Rayleigh().matrix().elements(COSINES), atol=1e-3)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from jaxink.particles.mie import mie_coefficients
-from jaxink.particles.mixture import Population, mixture_coefficients
+from jaxink.particles.mixture import SpherePopulation, mixture_coefficients
 from jaxink.particles.size_distribution import (
     MOST_SIZES,
     SizeDistribution,
@@ -25,7 +25,7 @@ N_SIZES = 143
 @jax.jit
 def observables(radius, variance):
     """Scattering coefficient per mm, g, and some of the phase function, of a log-normal distribution."""
-    population = Population(log_normal(radius, variance, N_SIZES), INDEX, FRACTION)
+    population = SpherePopulation(log_normal(radius, variance, N_SIZES), INDEX, FRACTION)
     phase, scattering, _ = mixture_coefficients((population,), BINDER, WAVELENGTH)
     rest = jnp.concatenate([phase.moments(8)[1:], phase.value(jnp.array([1.0, 0.3, -1.0]))])
     return jnp.concatenate([jnp.log(scattering)[None], rest])
@@ -124,7 +124,7 @@ def test_table_of_sizes_is_the_sum_of_its_rows():
     np.testing.assert_allclose(sizes.volume_share, np.array([3.0, 8.0]) / 11)
     assert float(sizes.volume_mean_radius_nm) == pytest.approx((11e6 / 4) ** (1 / 3))
     phase, scattering, absorption = mixture_coefficients(
-        (Population(sizes, INDEX + 0.01j, FRACTION),), BINDER, WAVELENGTH
+        (SpherePopulation(sizes, INDEX + 0.01j, FRACTION),), BINDER, WAVELENGTH
     )
     parts = [
         mie_coefficients(r, INDEX + 0.01j, FRACTION * share, BINDER, WAVELENGTH)
@@ -141,7 +141,7 @@ def test_table_of_sizes_is_the_sum_of_its_rows():
 
 def test_a_tail_of_larger_spheres_than_are_served_stands_aside():
     # The tail reaches to a size parameter of 81; half the volume lies below 11.
-    population = Population(log_normal(400.0, 0.16, N_SIZES), INDEX, FRACTION)
+    population = SpherePopulation(log_normal(400.0, 0.16, N_SIZES), INDEX, FRACTION)
     phase, scattering, _ = mixture_coefficients((population,), BINDER, WAVELENGTH, None, 90.0)
     cut = observables(400.0, 0.16)
     assert float(cut[0]) != float(jnp.log(scattering))

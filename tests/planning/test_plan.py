@@ -12,7 +12,7 @@ from jaxink.planning import next_project
 from jaxink.planning import plan as plan_module
 from jaxink.planning import rivals as rivals_module
 from jaxink.planning.forecast import Planned
-from jaxink.planning.known import Known
+from jaxink.planning.known import KnownFit
 from jaxink.planning.menu import menu
 from jaxink.planning.valley import valley
 from jaxink.projects import Measurement, Project, parse_project
@@ -87,7 +87,7 @@ def test_the_forecast_holds_when_the_measurement_is_made(plan, result):
 
 
 def test_where_the_thickness_is_not_determined_the_forecast_covers_what_it_may_be(plan, result):
-    known = Known.of(result)
+    known = KnownFit.of(result)
     with computing():
         points = valley(known, plan.undetermined)
     thickness, scattering, asymmetry = (
@@ -166,7 +166,7 @@ def test_the_measurement_that_decides_whichever_minimum_is_right_comes_first(mon
     apart = {("a", 0.5): 30.0, ("a", 0.2): 2.0, ("b", 0.5): 12.0, ("b", 0.2): 15.0}
     programs = {name: object.__new__(Planned) for name in "ab"}
     names = {id(planned): name for name, planned in programs.items()}
-    known = object.__new__(Known)
+    known = object.__new__(KnownFit)
     vars(known)["unit"] = present
     monkeypatch.setattr(rivals_module, "simulated", lambda known, planned, right: names[id(planned)])
     monkeypatch.setattr(rivals_module, "_starts", lambda known, objective: [])

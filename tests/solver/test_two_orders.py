@@ -10,7 +10,7 @@ import pytest
 from benchmarks.montecarlo.polarised import N_BATCHES, PolarisedLayer, rayleigh, simulate
 from jaxink.optics.directions import Directions
 from jaxink.optics.layers import ClearLayer, ScatteringLayer
-from jaxink.particles.mixture import Population, mixture_coefficients, mixture_matrix
+from jaxink.particles.mixture import SpherePopulation, mixture_coefficients, mixture_matrix
 from jaxink.particles.phase_function import Rayleigh
 from jaxink.particles.size_distribution import log_normal
 from jaxink.solver.bsdf import diffuse_bsdf
@@ -101,7 +101,7 @@ def test_a_plate_in_front_polarises_light_but_is_passed_in_both_theories():
 
 
 def test_the_nodes_suffice_for_a_white_ink():
-    spheres = (Population(log_normal(150.0, 0.05, 31), 2.6 + 0j, 0.1),)
+    spheres = (SpherePopulation(log_normal(150.0, 0.05, 31), 2.6 + 0j, 0.1),)
     # An index of the binder, a wavelength and the largest size parameter.
     optics = 1.5, 550.0, 8.0
     stack = slab(3.0, 1.0, 1.5, mixture_coefficients(spheres, *optics[:2], None, optics[2]).phase_function)

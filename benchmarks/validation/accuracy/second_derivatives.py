@@ -16,7 +16,7 @@ import numpy as np
 from jaxink import ClearLayer, Directions, ScatteringLayer, SolverConfig, Stack, diffuse_bsdf, plan_channels
 from jaxink.numerics.compiling import jit_unoptimised
 from jaxink.particles.mie import mie_coefficients
-from jaxink.particles.mixture import Population, mixture_coefficients
+from jaxink.particles.mixture import SpherePopulation, mixture_coefficients
 from jaxink.particles.phase_function import (
     HenyeyGreenstein,
     Rayleigh,
@@ -131,16 +131,20 @@ def _mie(x):
 
 
 def _log_normal(x):
-    return mixture_coefficients((Population(log_normal(x[0], x[1], 25), 2.5 + 0.01j, x[2]),), 1.5, 550.0)
+    return mixture_coefficients(
+        (SpherePopulation(log_normal(x[0], x[1], 25), 2.5 + 0.01j, x[2]),), 1.5, 550.0
+    )
 
 
 def _dense(x):
-    return mixture_coefficients((Population(monodisperse(x[0]), 2.5 + 0.01j, x[2]),), 1.5, 550.0, x[1])
+    return mixture_coefficients((SpherePopulation(monodisperse(x[0]), 2.5 + 0.01j, x[2]),), 1.5, 550.0, x[1])
 
 
 def _two_pigments(x):
     sizes = (x[0], 2.5 + 0.01j, x[2]), (x[1], 1.6 + 0.2j, 0.5 * x[2])
-    return mixture_coefficients(tuple(Population(monodisperse(r), m, v) for r, m, v in sizes), 1.5, 550.0)
+    return mixture_coefficients(
+        tuple(SpherePopulation(monodisperse(r), m, v) for r, m, v in sizes), 1.5, 550.0
+    )
 
 
 def _particles(coefficients, point) -> Kind:

@@ -16,7 +16,7 @@ import numpy as np
 
 import jaxink
 from jaxink.colour import Arrangement, SampleSpectra
-from jaxink.colour.of_sample import Known
+from jaxink.colour.of_sample import ParameterCovariance
 from jaxink.measurement.reflectance_of_bsdf import diffuse_reflectance
 
 RESULTS = Path(__file__).parent / "pigments.json"
@@ -98,7 +98,7 @@ def drawn(clean: jaxink.GonioData, seed: int) -> jaxink.GonioData:
     return clean.replace(bsdf_per_sr=clean.bsdf_per_sr + clean.sigma_per_sr * noise)
 
 
-def arranged(sample: jaxink.Sample, factor: float, card: float, known: Known | None = None):
+def arranged(sample: jaxink.Sample, factor: float, card: float, known: ParameterCovariance | None = None):
     """Colour 45:0 of the free ink, thinner or thicker, in contact with a card."""
     placed = Arrangement(thickness_um=factor * THICKNESS_UM, over=card, contact=True, free=True).of(sample)
     return SampleSpectra(placed, ["45:0"], WAVES).colours("D65", 2, known)[0]

@@ -8,7 +8,7 @@ from jaxink.colour.fitted import FittedColours, colours_of_sample, fitted_colour
 from jaxink.colour.geometry import Geometry
 from jaxink.colour.hiding import HIDING, Drawdown, drawdown
 from jaxink.colour.kubelka_munk import TwoFlux, two_flux, two_flux_errors
-from jaxink.colour.of_sample import GEOMETRIES, Known, SampleSpectra, wavelengths_of
+from jaxink.colour.of_sample import GEOMETRIES, ParameterCovariance, SampleSpectra, wavelengths_of
 from jaxink.colour.shown import colours_if_any, shown_colour
 from jaxink.colour.viewing import Illuminant, Viewing, read_card, read_illuminant
 
@@ -22,7 +22,7 @@ __all__ = [
     "Geometry",
     "HIDING",
     "Illuminant",
-    "Known",
+    "ParameterCovariance",
     "SampleSpectra",
     "TwoFlux",
     "Viewing",

@@ -10,7 +10,7 @@ from jaxink.colour.arrangement import Arrangement, arranged_names, thickness_nam
 from jaxink.colour.at_points import ColoursAtPoints
 from jaxink.colour.coordinates import HEADS, Colour
 from jaxink.colour.geometry import Geometry
-from jaxink.colour.of_sample import GEOMETRIES, Known, SampleSpectra, wavelengths_of
+from jaxink.colour.of_sample import GEOMETRIES, ParameterCovariance, SampleSpectra, wavelengths_of
 from jaxink.colour.viewing import Illuminant
 from jaxink.display.card import Card, CardTable, Presented
 from jaxink.sample import Sample
@@ -61,20 +61,22 @@ class FittedColours(Presented):
         return Card(title, [self.colours[0].viewing.sentence], tables, [f"{self.errors}."])
 
 
-def arranged_covariance(arrangement: Arrangement, sample: Sample, known: Known) -> Known:
+def arranged_covariance(
+    arrangement: Arrangement, sample: Sample, known: ParameterCovariance
+) -> ParameterCovariance:
     """Covariance of the parameters of a fit, by their names in an arrangement and without what it states."""
     thickness = None
     if arrangement.thickness_um is not None:
         thickness = thickness_name(sample, arrangement.layer)
     names = arranged_names(arrangement, known.names, thickness)
     keep = [i for i, name in enumerate(names) if name is not None]
-    return Known(tuple(n for n in names if n is not None), known.matrix[np.ix_(keep, keep)])
+    return ParameterCovariance(tuple(n for n in names if n is not None), known.matrix[np.ix_(keep, keep)])
 
 
 def fitted_colours(
     sample: Sample,
     wavelength_nm: Sequence[float],
-    known: Known | None,
+    known: ParameterCovariance | None,
     errors: str,
     geometries: Sequence[str | Geometry] = GEOMETRIES,
     illuminant: str | Illuminant = "D65",

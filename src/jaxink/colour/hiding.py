@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 from jaxink.colour.arrangement import BACKING, Arrangement, thickness_name, with_card
 from jaxink.colour.coordinates import Colour
 from jaxink.colour.geometry import Geometry
-from jaxink.colour.of_sample import Known, SampleSpectra
+from jaxink.colour.of_sample import ParameterCovariance, SampleSpectra
 from jaxink.colour.viewing import Illuminant, Viewing
 from jaxink.display.card import Card, CardTable, Presented
 from jaxink.errors import InputRefusedError
@@ -144,7 +144,7 @@ def drawdown(
     observer_deg: int = 2,
     cards: tuple[float, float] = (BLACK, WHITE),
     arrangement: Arrangement | None = None,
-    known: Known | None = None,
+    known: ParameterCovariance | None = None,
 ) -> Drawdown:
     """Colours of an ink over black and white against its thickness.
 

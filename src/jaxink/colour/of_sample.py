@@ -23,7 +23,7 @@ GEOMETRIES = ("45:0", "8:di", "8:de")
 
 
 @dataclasses.dataclass(frozen=True)
-class Known:
+class ParameterCovariance:
     """A covariance of parameters.
 
     Parameters
@@ -162,7 +162,7 @@ class SampleSpectra:
         return each
 
     def covariances(
-        self, known: Known, values: Mapping[str, float] | None = None
+        self, known: ParameterCovariance, values: Mapping[str, float] | None = None
     ) -> Float[np.ndarray, "geometries wavelengths wavelengths"]:
         """Covariance of each spectrum from that of the parameters; ``values`` that are given are exact."""
         keep = [
@@ -179,7 +179,7 @@ class SampleSpectra:
         self,
         illuminant: str | Illuminant = "D65",
         observer_deg: int = 2,
-        known: Known | None = None,
+        known: ParameterCovariance | None = None,
         values: Mapping[str, float] | None = None,
     ) -> tuple[Colour, ...]:
         """The colour in each geometry.

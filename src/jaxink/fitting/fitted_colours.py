@@ -11,7 +11,7 @@ from jaxink.colour import (
     FittedColours,
     Geometry,
     Illuminant,
-    Known,
+    ParameterCovariance,
     colours_at_points,
     fitted_colours,
     wavelengths_of,
@@ -24,14 +24,14 @@ from jaxink.sample import Sample
 
 def known_of_fit(
     parameters: FittedParameters, covariance: FittedCovariance, errors_hold: bool
-) -> tuple[Known | None, str]:
+) -> tuple[ParameterCovariance | None, str]:
     """Covariance for what follows from a fit, and a sentence without its full stop; None if there is none."""
     lost = [p.name for p in parameters.free if p.standard_error is None and not p.flag.startswith("at ")]
     if not errors_hold:
         return None, "No standard errors: those of the fit are meaningless, as the model does not fit"
     if lost:
         return None, f"No standard errors: the fit does not determine {', '.join(lost)}"
-    found = Known(covariance.names, covariance.matrix)
+    found = ParameterCovariance(covariance.names, covariance.matrix)
     return found, "Standard errors from the fit's covariance, in units of the last digits"
 
 
@@ -39,7 +39,7 @@ def colours_of_fit(
     sample: Sample,
     data: GonioData,
     predicted_per_sr: Float[np.ndarray, " used"],
-    known: tuple[Known | None, str],
+    known: tuple[ParameterCovariance | None, str],
     geometries: Sequence[str | Geometry],
     illuminant: str | Illuminant,
     observer_deg: int,

@@ -256,7 +256,7 @@ class Readings(Presented):
 
 
 @dataclasses.dataclass(frozen=True)
-class Quantity:
+class ReadingKind:
     """One kind of reading.
 
     Parameters
@@ -295,16 +295,16 @@ class Quantity:
 # Geometries as in CIE 15: di and de are diffuse illumination with the specular (or regular)
 # component included and excluded.
 QUANTITIES = {
-    "R_total": Quantity("reflectance 8:di, specular included", False, 8.0),
-    "R_diffuse": Quantity("reflectance 8:de, specular excluded", False, 8.0),
-    "T_total": Quantity("transmittance into the hemisphere, regular light included", True, 8.0),
-    "T_diffuse": Quantity("transmittance into the hemisphere, regular light excluded", True, 8.0),
-    "T_collimated": Quantity("regular transmittance", True, 0.0, is_regular=True),
-    "R_specular": Quantity("regular reflectance", False, 8.0, is_regular=True),
-    "R_di_8": Quantity("reflectance factor di:8, specular included", False, None, 8.0),
-    "R_de_8": Quantity("reflectance factor de:8, specular excluded", False, None, 8.0),
-    "T_di_8": Quantity("diffuse light seen through, regular light included", True, None, 8.0, _FACTOR),
-    "T_de_8": Quantity("diffuse light seen through, regular light excluded", True, None, 8.0, _FACTOR),
-    "R_45_0": Quantity("reflectance factor 45:0", False, 45.0, 0.0, _FACTOR),
-    "R_0_45": Quantity("reflectance factor 0:45", False, 0.0, 45.0, _FACTOR),
+    "R_total": ReadingKind("reflectance 8:di, specular included", False, 8.0),
+    "R_diffuse": ReadingKind("reflectance 8:de, specular excluded", False, 8.0),
+    "T_total": ReadingKind("transmittance into the hemisphere, regular light included", True, 8.0),
+    "T_diffuse": ReadingKind("transmittance into the hemisphere, regular light excluded", True, 8.0),
+    "T_collimated": ReadingKind("regular transmittance", True, 0.0, is_regular=True),
+    "R_specular": ReadingKind("regular reflectance", False, 8.0, is_regular=True),
+    "R_di_8": ReadingKind("reflectance factor di:8, specular included", False, None, 8.0),
+    "R_de_8": ReadingKind("reflectance factor de:8, specular excluded", False, None, 8.0),
+    "T_di_8": ReadingKind("diffuse light seen through, regular light included", True, None, 8.0, _FACTOR),
+    "T_de_8": ReadingKind("diffuse light seen through, regular light excluded", True, None, 8.0, _FACTOR),
+    "R_45_0": ReadingKind("reflectance factor 45:0", False, 45.0, 0.0, _FACTOR),
+    "R_0_45": ReadingKind("reflectance factor 0:45", False, 0.0, 45.0, _FACTOR),
 }

@@ -13,7 +13,7 @@ from jaxtyping import Array, Float
 from jaxink.display.brief import brief_repr
 from jaxink.errors import InputRefusedError
 from jaxink.model.checks import require_not_negative
-from jaxink.model.points import Points
+from jaxink.model.points import PredictedPoints
 from jaxink.model.size_classes import MieSizes, mie_sizes
 from jaxink.model.volume import LayerCoefficients, layer_optics, scattering_matrix
 from jaxink.numerics.batches import at_each
@@ -56,7 +56,7 @@ class Media(NamedTuple):
     sources: list[str]
 
 
-def media_of(sample: Sample, points: Points) -> Media:
+def media_of(sample: Sample, points: PredictedPoints) -> Media:
     """Media of a sample at the points of a measurement.
 
     Raises

@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping
 
 from jaxink.errors import InputRefusedError
-from jaxink.model.points import Points
+from jaxink.model.points import PredictedPoints
 from jaxink.model.volume import check_phase_table
 from jaxink.numerics.validity import require
 from jaxink.sample import Sample
@@ -26,7 +26,7 @@ def require_not_negative(sample: Sample, values: Mapping) -> None:
             require(name, values.get(name, parameter.value), lambda v: v >= 0, "be at least 0")
 
 
-def require_predictable(sample: Sample, points: Points) -> None:
+def require_predictable(sample: Sample, points: PredictedPoints) -> None:
     """Reject a sample that does not determine the BSDF at every point.
 
     Raises

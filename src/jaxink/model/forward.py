@@ -13,7 +13,7 @@ from jaxink.model.build import StackBuilder, media_of, stack_builder
 from jaxink.model.checks import require_predictable
 from jaxink.model.depth_profiles import DepthProfiles, at_pairs, profiles_at
 from jaxink.model.instrument import Cones
-from jaxink.model.points import Points, points_of
+from jaxink.model.points import PredictedPoints, points_of
 from jaxink.model.resolution import model_sizes
 from jaxink.model.sample_model import SampleModel
 from jaxink.model.tables import rough_tables
@@ -58,7 +58,7 @@ class ForwardModel(SampleModel):
         predicted, or it declares effects, which `jaxink.forward_model` applies.
     """
 
-    points: Points
+    points: PredictedPoints
 
     def __init__(
         self,

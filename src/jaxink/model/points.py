@@ -9,7 +9,7 @@ from jaxink.errors import InputRefusedError
 from jaxink.model.instrument import ConeRays, Cones, cone_rays
 
 
-class Points(eqx.Module):
+class PredictedPoints(eqx.Module):
     """Points of a measurement; one batch predicts all pairs of directions at all wavelengths.
 
     Parameters
@@ -33,7 +33,9 @@ class Points(eqx.Module):
     pair_of_point: Int[np.ndarray, " points"]
 
 
-def points_of(cones: Cones, theta_i_deg, theta_o_deg, phi_deg, wavelength_nm, is_transmission) -> Points:
+def points_of(
+    cones: Cones, theta_i_deg, theta_o_deg, phi_deg, wavelength_nm, is_transmission
+) -> PredictedPoints:
     """Points of a measurement.
 
     Parameters
@@ -59,7 +61,7 @@ def points_of(cones: Cones, theta_i_deg, theta_o_deg, phi_deg, wavelength_nm, is
     wavelengths, wavelength_of_point = np.unique(wavelength_nm, return_inverse=True)
     theta_i_deg, theta_o_deg, phi_deg, side = pairs.T
     rays = cone_rays(cones, theta_i_deg, theta_o_deg, phi_deg, side > 0.5)
-    return Points(cones, tuple(wavelengths.tolist()), rays, wavelength_of_point, pair_of_point)
+    return PredictedPoints(cones, tuple(wavelengths.tolist()), rays, wavelength_of_point, pair_of_point)
 
 
 def _columns(**given) -> list[np.ndarray]:

@@ -19,8 +19,8 @@ from jaxink.particles import (
     MieCoefficients,
     MixtureCoefficients,
     PhaseFunction,
-    Population,
     Rayleigh,
+    SpherePopulation,
     TabulatedByAngle,
     TabulatedByMoments,
     discrete,
@@ -207,9 +207,9 @@ def _mie(layer: Layer, values, wavelength_nm, sizes: MieSizes) -> VolumeScatteri
     return VolumeScattering(phase_function, scattering, absorption)
 
 
-def _populations(layer: Layer, values, sizes: MieSizes) -> tuple[Population, ...]:
+def _populations(layer: Layer, values, sizes: MieSizes) -> tuple[SpherePopulation, ...]:
     return tuple(
-        Population(
+        SpherePopulation(
             _size_distribution(kind, table, values, dict(sizes.n_sizes)),
             _particle_index(kind, values),
             values[f"{kind}.volume_fraction"],

@@ -2,7 +2,12 @@
 
 from jaxink.particles.independent_series import difference_from_miepython
 from jaxink.particles.mie import DEFAULT_MAX_SIZE_PARAMETER, MieCoefficients, mie_coefficients
-from jaxink.particles.mixture import MixtureCoefficients, Population, mixture_coefficients, mixture_matrix
+from jaxink.particles.mixture import (
+    MixtureCoefficients,
+    SpherePopulation,
+    mixture_coefficients,
+    mixture_matrix,
+)
 from jaxink.particles.phase_function import (
     PHASE_FUNCTIONS,
     HenyeyGreenstein,
@@ -24,7 +29,7 @@ __all__ = [
     "MixtureCoefficients",
     "PHASE_FUNCTIONS",
     "PhaseFunction",
-    "Population",
+    "SpherePopulation",
     "Rayleigh",
     "TabulatedByAngle",
     "TabulatedByMoments",

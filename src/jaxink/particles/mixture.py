@@ -19,7 +19,7 @@ from jaxink.particles.size_distribution import SizeDistribution
 from jaxink.particles.structure_factor import InterferingPhaseFunction, interfering, nodes_needed
 
 
-class Population(eqx.Module):
+class SpherePopulation(eqx.Module):
     """Spheres of one material.
 
     Parameters
@@ -52,7 +52,7 @@ class MixtureCoefficients(NamedTuple):
 
 
 def mixture_coefficients(
-    populations: tuple[Population, ...],
+    populations: tuple[SpherePopulation, ...],
     binder_index,
     wavelength_nm,
     structure_factor_weight=None,
@@ -113,7 +113,7 @@ def mixture_coefficients(
 
 @partial(jax.jit, static_argnums=3)
 def mixture_matrix(
-    populations: tuple[Population, ...],
+    populations: tuple[SpherePopulation, ...],
     binder_index,
     wavelength_nm,
     max_size_parameter: float = DEFAULT_MAX_SIZE_PARAMETER,

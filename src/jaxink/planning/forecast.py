@@ -15,7 +15,7 @@ from jaxink.fitting import (
     without_priors,
 )
 from jaxink.measurement import FitNoise, Readings
-from jaxink.planning.known import Known
+from jaxink.planning.known import KnownFit
 from jaxink.planning.menu import Candidate
 from jaxink.solver import DEFAULT_ACCURACY
 
@@ -41,7 +41,7 @@ class NoiseOfKind:
     scan_relative: float
 
     @classmethod
-    def of(cls, known: Known) -> "NoiseOfKind":
+    def of(cls, known: KnownFit) -> "NoiseOfKind":
         """That of the measurement with the most points."""
         one, noise = known.base
         used = one.data.used  # type: ignore[union-attr]
@@ -66,7 +66,7 @@ class Planned:
         So many are taken, by repeating them or by other steps of the angles.
     """
 
-    def __init__(self, candidate: Candidate, known: Known, noise: NoiseOfKind, readings: int):
+    def __init__(self, candidate: Candidate, known: KnownFit, noise: NoiseOfKind, readings: int):
         self.candidate, self._known, self._noise = candidate, known, noise
         one = candidate.measurement
         self._objective = _objective(one)

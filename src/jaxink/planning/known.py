@@ -24,7 +24,7 @@ RANGE_DEVIATION = 0.289
 
 
 @dataclasses.dataclass(frozen=True)
-class Known:
+class KnownFit:
     """A fit as the start of a plan.
 
     Parameters
@@ -48,7 +48,7 @@ class Known:
     disagreement: str = ""
 
     @classmethod
-    def of(cls, result: FitResult | JointResult) -> "Known":
+    def of(cls, result: FitResult | JointResult) -> "KnownFit":
         """What a fit knows.
 
         Raises

@@ -16,7 +16,7 @@ from jaxink.numerics.failures import Failure, Failures
 from jaxink.numerics.precision import computing
 from jaxink.numerics.progress import Progress, StepOf, log_progress
 from jaxink.planning.forecast import NoiseOfKind, Planned
-from jaxink.planning.known import RANGE_DEVIATION, Known
+from jaxink.planning.known import RANGE_DEVIATION, KnownFit
 from jaxink.planning.menu import Candidate, menu
 from jaxink.planning.rivals import Rival, chance_to_decide, rivals_of, separated
 from jaxink.planning.simulation import SimulatedCheck, simulated_check
@@ -224,11 +224,11 @@ def plan_measurement(
     if not result.converged:
         raise InputRefusedError("the fit did not end in a minimum, so nothing can be forecast from it.")
     with computing():
-        return _planned(Known.of(result), targets, readings, seed, progress or log_progress)
+        return _planned(KnownFit.of(result), targets, readings, seed, progress or log_progress)
 
 
 def _planned(
-    known: Known, targets: Sequence[str], readings: int, seed: int, progress: Progress
+    known: KnownFit, targets: Sequence[str], readings: int, seed: int, progress: Progress
 ) -> MeasurementPlan:
     for name in targets:
         if name not in known.free:
@@ -299,7 +299,7 @@ def _now(error: float) -> str:
 
 
 def _errors(
-    known: Known,
+    known: KnownFit,
     information: Float[np.ndarray, "parameters parameters"],
     unit: Float[np.ndarray, " parameters"],
 ) -> dict[str, float]:
@@ -315,7 +315,7 @@ def _ranges(errors: Sequence[dict[str, float]], names: Sequence[str]) -> dict[st
 
 
 def _ranked(
-    known: Known,
+    known: KnownFit,
     rivals: Sequence[Rival],
     found: Sequence[Forecast],
     programs: dict[str, Planned],

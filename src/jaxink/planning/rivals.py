@@ -7,7 +7,7 @@ from jaxtyping import Float
 
 from jaxink.fitting import COMPARABLE_RISE, CompiledJointObjective, Descent, JointObjective, search, sweep_of
 from jaxink.planning.forecast import Planned
-from jaxink.planning.known import Known
+from jaxink.planning.known import KnownFit
 from jaxink.planning.simulation import simulated
 
 # Minima that are so little higher are told apart by a plan, even if the fit excludes them already.
@@ -18,7 +18,7 @@ _MOST_RIGHT = 4
 Rival = tuple[Float[np.ndarray, " parameters"], float]
 
 
-def rivals_of(known: Known) -> list[Rival]:
+def rivals_of(known: KnownFit) -> list[Rival]:
     """Other minima that the present measurements exclude barely or not, lowest first.
 
     What a sweep has only passed by is searched to its end first, which may be a known minimum.
@@ -32,7 +32,7 @@ def rivals_of(known: Known) -> list[Rival]:
     return [rival for rival in found if rival[1] < _NEAR_RISE][:_MOST_RIVALS]
 
 
-def _starts(known: Known, objective: JointObjective) -> list[Float[np.ndarray, " parameters"]]:
+def _starts(known: KnownFit, objective: JointObjective) -> list[Float[np.ndarray, " parameters"]]:
     """Where a sweep finds minima; none if no free parameter has several."""
     free = [known.project.parameters[name] for name in known.free]
     made = sweep_of(objective, free, known.unit)
@@ -66,7 +66,7 @@ def _jacobian(
     return jacobian
 
 
-def separated(known: Known, planned: Planned, rivals: Sequence[Rival]) -> float | None:
+def separated(known: KnownFit, planned: Planned, rivals: Sequence[Rival]) -> float | None:
     """Least chi-square of the rivals, all parameters refitted, on noise-free data of the present minimum."""
     if not rivals:
         return None
@@ -75,7 +75,7 @@ def separated(known: Known, planned: Planned, rivals: Sequence[Rival]) -> float 
 
 
 def chance_to_decide(
-    known: Known, rivals: Sequence[Rival], planned: Planned, separation: float
+    known: KnownFit, rivals: Sequence[Rival], planned: Planned, separation: float
 ) -> tuple[float, float]:
     """Least separation and chance to decide of a measurement.
 

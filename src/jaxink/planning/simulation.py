@@ -17,7 +17,7 @@ from jaxink.fitting import (
     search,
 )
 from jaxink.planning.forecast import Planned
-from jaxink.planning.known import Known
+from jaxink.planning.known import KnownFit
 
 
 @dataclasses.dataclass(frozen=True)
@@ -43,7 +43,7 @@ class SimulatedCheck:
 
 
 def simulated_check(
-    known: Known,
+    known: KnownFit,
     planned: Planned,
     rivals: Sequence[Float[np.ndarray, " parameters"]],
     seed: int,
@@ -75,7 +75,7 @@ def simulated_check(
 
 
 def simulated(
-    known: Known,
+    known: KnownFit,
     planned: Planned,
     truth: Float[np.ndarray, " parameters"],
     rng: np.random.Generator | None = None,
@@ -109,7 +109,7 @@ def simulated(
 
 
 def _predicted(
-    part: Objective, unit: Float[np.ndarray, " own"], known: Known, planned: Planned
+    part: Objective, unit: Float[np.ndarray, " own"], known: KnownFit, planned: Planned
 ) -> Float[np.ndarray, " points"]:
     for one, program in zip(known.objective.parts, known.programs.parts, strict=True):
         if part is one:
@@ -117,7 +117,7 @@ def _predicted(
     return planned.programs.linearised(unit).predicted
 
 
-def _fitted_errors(known: Known, end: Search) -> dict[str, float]:
+def _fitted_errors(known: KnownFit, end: Search) -> dict[str, float]:
     """Standard errors in the units of the parameters."""
     if end.triangle is None or end.gradient is None:
         return {}

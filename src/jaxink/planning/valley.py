@@ -6,10 +6,10 @@ import numpy as np
 from jaxtyping import Float
 
 from jaxink.fitting import COMPARABLE_RISE, GradientSearch
-from jaxink.planning.known import RANGE_DEVIATION, Known
+from jaxink.planning.known import RANGE_DEVIATION, KnownFit
 
 
-def valley(known: Known, undetermined: Sequence[str]) -> list[Float[np.ndarray, " parameters"]]:
+def valley(known: KnownFit, undetermined: Sequence[str]) -> list[Float[np.ndarray, " parameters"]]:
     """The minimum, and minima with each undetermined parameter held to its left and right.
 
     Parameters

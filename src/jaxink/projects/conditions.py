@@ -39,7 +39,7 @@ class Part:
 
 
 @dataclasses.dataclass(frozen=True)
-class Known:
+class KnownWords:
     """What explains the words of a file.
 
     Parameters
@@ -135,7 +135,7 @@ def _number(cell: str) -> float:
     return float(cell.replace(",", ".", 1))
 
 
-def explained(part: dict[str, Any], values: Mapping[str, Value], known: Known) -> Part:
+def explained(part: dict[str, Any], values: Mapping[str, Value], known: KnownWords) -> Part:
     """A measurement with what its values mean for the sample."""
     # What is the same everywhere is left to the sample file, but a side that is lit has no place there.
     always = known.several | {LIT_SIDE}

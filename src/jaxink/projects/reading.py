@@ -9,7 +9,7 @@ from typing import Any, TypeGuard
 import jaxink.measurement
 from jaxink.errors import InputRefusedError, no_such_name
 from jaxink.measurement import GonioData, Readings
-from jaxink.projects.conditions import Known, Part
+from jaxink.projects.conditions import KnownWords, Part
 from jaxink.projects.project import OF, Measurement, Project
 from jaxink.projects.schema import INSTRUMENT, MEASUREMENT, PROJECT_VERSION, READING, TOP
 from jaxink.projects.splitting import Combinations, conditions_in, several_of, split
@@ -112,7 +112,7 @@ def _project(document: dict[str, Any], folder: Path, effects: Collection[Any]) -
     for i, table in enumerate(tables):
         with _named_in_messages(_called(table, i)):
             conditions.append(_conditions(table, folder))
-    known = Known(common, shared["specimens"], _backings(document), several_of(conditions))
+    known = KnownWords(common, shared["specimens"], _backings(document), several_of(conditions))
     parts, measurements = [], []
     for i, table in enumerate(tables):
         with _named_in_messages(_called(table, i)):

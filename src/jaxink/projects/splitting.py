@@ -24,7 +24,7 @@ from jaxink.measurement import (
     refusal,
     same_cell,
 )
-from jaxink.projects.conditions import Known, Part, Role, Value, explained, short
+from jaxink.projects.conditions import KnownWords, Part, Role, Value, explained, short
 
 # Values by condition that occur together, and the positions of the files that have them.
 Combinations = list[tuple[dict[str, Value], list[int]]]
@@ -75,7 +75,7 @@ def several_of(found: Iterable[Combinations]) -> frozenset[str]:
     return frozenset(name for name, known in cells.items() if len(known) > 1)
 
 
-def split(table: Mapping[str, Any], combinations: Combinations, known: Known) -> list[Part]:
+def split(table: Mapping[str, Any], combinations: Combinations, known: KnownWords) -> list[Part]:
     """Divide a measurement by the conditions that its files state.
 
     Parameters

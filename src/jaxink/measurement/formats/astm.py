@@ -12,7 +12,7 @@ import numpy as np
 
 from jaxink.measurement.formats.content import Content
 from jaxink.measurement.formats.exchange_options import ExchangeOptions, ask
-from jaxink.measurement.formats.points import Points, divided_as_requested, joined
+from jaxink.measurement.formats.points import FilePoints, divided_as_requested, joined
 
 _VARS = re.compile(r"^[ \t]*VARS[ \t]+\S", re.MULTILINE)
 _ANGLES = ("theta_i", "phi_i", "theta_s", "phi_s")
@@ -27,7 +27,7 @@ def recognises(head: str) -> bool:
     return found is not None and "theta_i" in head[found.start() :].partition("\n")[0].lower()
 
 
-def read(content: Content, choices: ExchangeOptions, notes: list[str]) -> Points:
+def read(content: Content, choices: ExchangeOptions, notes: list[str]) -> FilePoints:
     """The points of all wavelengths, or of the channel that the caller names."""
     position = next((i for i, line in enumerate(content.lines) if _VARS.match(line)), None)
     if position is None:
@@ -137,11 +137,11 @@ def _value_columns(content: Content, names: list[str], choices: ExchangeOptions,
     return [(others[name], choices.wavelength_nm)]
 
 
-def _points(degrees: np.ndarray, values: np.ndarray, rows: np.ndarray, wavelength_nm: float) -> Points:
+def _points(degrees: np.ndarray, values: np.ndarray, rows: np.ndarray, wavelength_nm: float) -> FilePoints:
     theta_i, phi_i, theta_s, phi_s = degrees
     # A negative polar angle is the other half-plane.
     turned = theta_s < 0
-    return Points(
+    return FilePoints(
         theta_i_deg=theta_i,
         theta_o_deg=np.abs(theta_s),
         phi_deg=phi_s - phi_i + 180.0 * turned,
@@ -152,17 +152,17 @@ def _points(degrees: np.ndarray, values: np.ndarray, rows: np.ndarray, wavelengt
     )
 
 
-def _beyond_horizon(points: Points, notes: list[str]) -> Points:
+def _beyond_horizon(points: FilePoints, notes: list[str]) -> FilePoints:
     """Reflection to 90 degrees, transmission beyond."""
     through = points.theta_o_deg > 90
     notes.append("Rows with theta_s beyond 90 degrees are transmission, measured from the other normal.")
     theta = np.where(through, 180 - points.theta_o_deg, points.theta_o_deg)
     arrays = vars(points) | {"theta_o_deg": theta, "is_transmission": through}
-    return Points(**arrays)
+    return FilePoints(**arrays)
 
 
-def _on_stated_side(content: Content, points: Points, choices: ExchangeOptions) -> Points:
+def _on_stated_side(content: Content, points: FilePoints, choices: ExchangeOptions) -> FilePoints:
     if choices.side is None:
         why = "no theta_s exceeds 90 degrees, so the rows can be reflection or transmission"
         raise ask(content.source, "side", why)
-    return Points(**(vars(points) | {"is_transmission": np.full(points.row.size, choices.side == "T")}))
+    return FilePoints(**(vars(points) | {"is_transmission": np.full(points.row.size, choices.side == "T")}))

@@ -9,7 +9,7 @@ from jaxink.measurement.dataset import GonioData
 from jaxink.measurement.formats import astm, integra, lighttools, merl, mountain, reflet, rgl, speos, zemax
 from jaxink.measurement.formats.content import Content
 from jaxink.measurement.formats.exchange_options import ExchangeOptions, choices_of
-from jaxink.measurement.formats.points import Points, measurement
+from jaxink.measurement.formats.points import FilePoints, measurement
 
 # So much of a file decides.
 HEAD_BYTES = 1 << 16
@@ -34,7 +34,7 @@ class ExchangeFormat(NamedTuple):
 
     title: str
     recognises: Callable[[str], bool]
-    read: Callable[[Content, ExchangeOptions, list[str]], Points]
+    read: Callable[[Content, ExchangeOptions, list[str]], FilePoints]
     takes: tuple[str, ...]
     most_bytes: int = 100_000_000
 

@@ -21,7 +21,7 @@ from jaxink.measurement.formats.integra_text import (
     wanted_channel,
 )
 from jaxink.measurement.formats.own_files import refuse_other_media
-from jaxink.measurement.formats.points import Points, joined, one_wavelength, without_cosine
+from jaxink.measurement.formats.points import FilePoints, joined, one_wavelength, without_cosine
 from jaxink.measurement.formats.polar_tables import (
     lone_values,
     points_about_specular,
@@ -41,7 +41,7 @@ def recognises(head: str) -> bool:
     return is_integra(head) and is_scattered(head)
 
 
-def read(content: Content, choices: ExchangeOptions, notes: list[str]) -> Points:
+def read(content: Content, choices: ExchangeOptions, notes: list[str]) -> FilePoints:
     """The points above the horizon."""
     words = Words(content, comment=COMMENT)
     header = read_header(content, words, _REQUIRED)

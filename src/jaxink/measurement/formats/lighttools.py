@@ -14,7 +14,7 @@ from jaxink.measurement.formats.content import Content, Words, shown
 from jaxink.measurement.formats.exchange_options import ExchangeOptions, ask
 from jaxink.measurement.formats.own_files import origin, refuse_other_media
 from jaxink.measurement.formats.points import (
-    Points,
+    FilePoints,
     divided_as_requested,
     joined,
     one_wavelength,
@@ -52,7 +52,7 @@ class _Block:
     rows: Int[np.ndarray, "radial azimuth"]
 
 
-def read(content: Content, choices: ExchangeOptions, notes: list[str]) -> Points:
+def read(content: Content, choices: ExchangeOptions, notes: list[str]) -> FilePoints:
     """The points of one face."""
     words = Words(content)
     radial, azimuth, symmetry = _header(content, words)
@@ -215,11 +215,11 @@ def _of_one_rotation(content: Content, blocks: list[_Block], choices: ExchangeOp
     return kept
 
 
-def _points(block: _Block, radial: np.ndarray, phi_deg: np.ndarray) -> Points:
+def _points(block: _Block, radial: np.ndarray, phi_deg: np.ndarray) -> FilePoints:
     values, keep = distinct(radial, phi_deg, block.values)
     theta, phi = np.broadcast_arrays(radial[:, None], phi_deg)
     n = int(keep.sum())
-    return Points(
+    return FilePoints(
         theta_i_deg=np.full(n, block.aoi),
         theta_o_deg=theta[keep],
         phi_deg=phi[keep],

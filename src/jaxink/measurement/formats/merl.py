@@ -12,7 +12,7 @@ from jaxtyping import Float, Int
 
 from jaxink.measurement.formats.content import Content
 from jaxink.measurement.formats.exchange_options import ExchangeOptions, required
-from jaxink.measurement.formats.points import Points
+from jaxink.measurement.formats.points import FilePoints
 
 _SHAPE = (90, 90, 180)
 _HEADER = struct.pack("<3i", *_SHAPE)
@@ -29,7 +29,7 @@ def recognises(head: str) -> bool:
     return head[: len(_HEADER)].encode("latin-1") == _HEADER
 
 
-def read(content: Content, choices: ExchangeOptions, notes: list[str]) -> Points:
+def read(content: Content, choices: ExchangeOptions, notes: list[str]) -> FilePoints:
     """The points of a grid of directions, for one channel."""
     if len(content.data) != _BYTES:
         text = f"has {len(content.data)} bytes; one of MERL has {_BYTES}; it is incomplete, or another file"
@@ -58,7 +58,7 @@ def read(content: Content, choices: ExchangeOptions, notes: list[str]) -> Points
     if not valid.all():
         notes.append(f"{int((~valid).sum())} directions without a valid value were left out.")
     n = int(valid.sum())
-    return Points(
+    return FilePoints(
         theta_i_deg=theta_i[valid],
         theta_o_deg=theta_o[valid],
         phi_deg=phi[valid],

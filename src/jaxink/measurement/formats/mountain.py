@@ -12,7 +12,7 @@ from jaxtyping import Float, Int
 
 from jaxink.measurement.formats.content import Content, shown
 from jaxink.measurement.formats.exchange_options import ExchangeOptions, required
-from jaxink.measurement.formats.points import Points, without_cosine
+from jaxink.measurement.formats.points import FilePoints, without_cosine
 
 _FORMAT = re.compile(
     r"^#[ \t]*format[ \t]*:?[ \t]*theta[ \t]+phi[ \t]+(DSF|BSDF|BRDF|BTDF)\b", re.IGNORECASE | re.MULTILINE
@@ -38,7 +38,7 @@ class _Incidence:
         return "front" if self.theta_deg <= 90 else "back"
 
 
-def read(content: Content, choices: ExchangeOptions, notes: list[str]) -> Points:
+def read(content: Content, choices: ExchangeOptions, notes: list[str]) -> FilePoints:
     """The points of both sides."""
     held, rows_of = _header(content)
     kind = next((found[1].upper() for line in content.lines if (found := _FORMAT.match(line))), None)
@@ -138,7 +138,7 @@ def _values(content: Content, cells: np.ndarray, choices: ExchangeOptions, notes
     return cells[:, 2 + _CHANNELS.index(channel)]
 
 
-def _points(incidence: _Incidence, cells, values, rows, wavelength_nm: float) -> Points:
+def _points(incidence: _Incidence, cells, values, rows, wavelength_nm: float) -> FilePoints:
     theta, phi = cells[:, 0], cells[:, 1] - incidence.phi_deg
     theta_i = incidence.theta_deg
     behind = theta > 90
@@ -146,7 +146,7 @@ def _points(incidence: _Incidence, cells, values, rows, wavelength_nm: float) ->
         # Seen from the back, azimuths run the other way round.
         theta_i, phi = 180 - theta_i, -phi
     n = values.size
-    return Points(
+    return FilePoints(
         theta_i_deg=np.full(n, theta_i),
         theta_o_deg=np.where(behind, 180 - theta, theta),
         phi_deg=phi,

@@ -21,7 +21,7 @@ TOTAL_TOLERANCE = 0.02
 
 
 @dataclass(frozen=True)
-class Points:
+class FilePoints:
     """Values of a file by direction, in the conventions of `GonioData`.
 
     Azimuths may be beyond (-180, 180]; polar angles are already those of the side on which the light leaves.
@@ -36,21 +36,21 @@ class Points:
     row: Int[np.ndarray, " points"]
     extra: dict[str, np.ndarray] = field(default_factory=dict)
 
-    def at(self, keep: Bool[np.ndarray, " points"]) -> "Points":
+    def at(self, keep: Bool[np.ndarray, " points"]) -> "FilePoints":
         """Some of the points."""
         arrays = {name: value[keep] for name, value in vars(self).items() if name != "extra"}
-        return Points(**arrays, extra={name: values[keep] for name, values in self.extra.items()})
+        return FilePoints(**arrays, extra={name: values[keep] for name, values in self.extra.items()})
 
 
-def joined(parts: list[Points]) -> Points:
+def joined(parts: list[FilePoints]) -> FilePoints:
     """All points of several parts with the same extra columns."""
     names = [name for name in vars(parts[0]) if name != "extra"]
     arrays = {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
     extra = {name: np.concatenate([part.extra[name] for part in parts]) for name in parts[0].extra}
-    return Points(**arrays, extra=extra)
+    return FilePoints(**arrays, extra=extra)
 
 
-def without_cosine(points: Points, notes: list[str]) -> Points:
+def without_cosine(points: FilePoints, notes: list[str]) -> FilePoints:
     """The BSDF of values that are the BSDF times cos(theta_o); along the horizon it is unknown."""
     horizon = points.theta_o_deg > 90 - _HORIZON_DEG
     if horizon.any():
@@ -62,13 +62,13 @@ def without_cosine(points: Points, notes: list[str]) -> Points:
     return replace(points, bsdf_per_sr=points.bsdf_per_sr / np.cos(np.deg2rad(points.theta_o_deg)))
 
 
-def divided_as_requested(points: Points, notes: list[str]) -> Points:
+def divided_as_requested(points: FilePoints, notes: list[str]) -> FilePoints:
     """The BSDF of values of which the caller says that they hold the cosine."""
     notes.append("The values were divided by cos(theta_o), as requested by the caller.")
     return without_cosine(points, notes)
 
 
-def one_side(points: Points, source: str, side: str | None, notes: list[str]) -> Points:
+def one_side(points: FilePoints, source: str, side: str | None, notes: list[str]) -> FilePoints:
     """The points of the side that the caller wants; a file without it is rejected."""
     if side is None:
         return points
@@ -80,7 +80,9 @@ def one_side(points: Points, source: str, side: str | None, notes: list[str]) ->
     return points.at(keep)
 
 
-def one_wavelength(points: Points, source: str, wavelength_nm: float | None, notes: list[str]) -> Points:
+def one_wavelength(
+    points: FilePoints, source: str, wavelength_nm: float | None, notes: list[str]
+) -> FilePoints:
     """The points of the wavelength that the caller wants; a file without it is rejected."""
     if wavelength_nm is None:
         return points
@@ -105,7 +107,7 @@ def totals_note(axis: str, totals: Sequence[tuple[float, float, float]]) -> list
     ]
 
 
-def measurement(points: Points, source: str, choices: ExchangeOptions, notes: list[str]) -> GonioData:
+def measurement(points: FilePoints, source: str, choices: ExchangeOptions, notes: list[str]) -> GonioData:
     """The measurement of the points, checked as one that was read from a table.
 
     Raises

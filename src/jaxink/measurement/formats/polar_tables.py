@@ -3,7 +3,7 @@
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from jaxink.measurement.formats.points import Points
+from jaxink.measurement.formats.points import FilePoints
 
 # Angles of files are printed with fewer digits.
 _SAME_DEG = 1e-6
@@ -61,12 +61,12 @@ def points_about_specular(
     rows: Int[np.ndarray, "polar azimuth"],
     wavelength_nm: float,
     is_transmission: bool,
-) -> Points:
+) -> FilePoints:
     """One incidence of a file whose scatter angles are about the specular or refracted direction."""
     values, keep = distinct(polar_deg, azimuth_deg, values)
     theta_o_deg, phi_deg = from_specular(specular_deg, polar_deg[:, None], azimuth_deg)
     n = int(keep.sum())
-    return Points(
+    return FilePoints(
         theta_i_deg=np.full(n, theta_i_deg),
         theta_o_deg=theta_o_deg[keep],
         phi_deg=phi_deg[keep],

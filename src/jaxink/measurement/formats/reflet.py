@@ -13,7 +13,7 @@ import numpy as np
 
 from jaxink.measurement.formats.content import Content
 from jaxink.measurement.formats.exchange_options import ExchangeOptions, required
-from jaxink.measurement.formats.points import Points, divided_as_requested
+from jaxink.measurement.formats.points import FilePoints, divided_as_requested
 
 _STEP = re.compile(r"Phi measure step\s*:\s*(\S+)")
 _LIGHTING = re.compile(r"Theta Lighting(?:\s*:\s*([-+0-9.eE]+)\s*$)?")
@@ -33,7 +33,7 @@ def recognises(head: str) -> bool:
     return "Phi measure step" in head and "Theta Lighting" in head
 
 
-def read(content: Content, choices: ExchangeOptions, notes: list[str]) -> Points:
+def read(content: Content, choices: ExchangeOptions, notes: list[str]) -> FilePoints:
     """The points of one incidence."""
     step, theta_i, first = _header(content, choices)
     stated = {name: required(content.source, choices, name, why) for name, why in _ASKED.items()}
@@ -48,7 +48,7 @@ def read(content: Content, choices: ExchangeOptions, notes: list[str]) -> Points
         "REFLET: signed polar angles were made directions; incidence, side, wavelength, specular azimuth, "
         f"scale ({stated['scale']:g}) and cosine are as stated by the caller."
     )
-    points = Points(
+    points = FilePoints(
         theta_i_deg=np.full(n, theta_i),
         theta_o_deg=np.abs(polar).ravel(),
         phi_deg=turned.ravel(),

@@ -21,7 +21,7 @@ from jaxtyping import Float
 
 from jaxink.measurement.formats.content import Content, shown
 from jaxink.measurement.formats.exchange_options import ExchangeOptions, ask
-from jaxink.measurement.formats.points import Points, joined
+from jaxink.measurement.formats.points import FilePoints, joined
 from jaxink.measurement.formats.polar_tables import lone_values
 
 # Closer to the horizon, the cosine by which values are divided is too small.
@@ -38,7 +38,7 @@ def recognises(head: str) -> bool:
     return head.startswith(SIGNATURE.decode())
 
 
-def read(content: Content, choices: ExchangeOptions, notes: list[str]) -> Points:
+def read(content: Content, choices: ExchangeOptions, notes: list[str]) -> FilePoints:
     """The points at which the file has values, at one wavelength."""
     fields = _checked(content, read_fields(content))
     wavelength = _wavelength(content, fields, choices)
@@ -164,7 +164,7 @@ def _points(
     values: Float[np.ndarray, "m m"],
     wavelength_nm: float,
     every: int,
-) -> Points:
+) -> FilePoints:
     """The points of one incidence: each value belongs to a facet, which turns the source into the view."""
     theta_i, phi_i = angles
     ny, nx = values.shape
@@ -184,7 +184,7 @@ def _points(
     keep = (theta_o <= _LARGEST_THETA_DEG) & (source @ facet > 0) & (area > 0)
     bsdf = values[y, x] * density / (4 * area if area > 0 else 1) / np.where(keep, view[2], 1)
     n = int(keep.sum())
-    return Points(
+    return FilePoints(
         # Of 32-bit radians.
         theta_i_deg=np.full(n, np.round(np.rad2deg(theta_i), 5)),
         theta_o_deg=theta_o[keep],

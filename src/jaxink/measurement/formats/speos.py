@@ -14,7 +14,13 @@ from jaxtyping import Float, Int
 from jaxink.measurement.formats.content import Content, Words
 from jaxink.measurement.formats.exchange_options import ExchangeOptions, ask
 from jaxink.measurement.formats.own_files import origin, refuse_other_media
-from jaxink.measurement.formats.points import TOTAL_TOLERANCE, Points, joined, one_wavelength, without_cosine
+from jaxink.measurement.formats.points import (
+    TOTAL_TOLERANCE,
+    FilePoints,
+    joined,
+    one_wavelength,
+    without_cosine,
+)
 from jaxink.measurement.formats.polar_tables import distinct, lone_values, total
 
 _HEADER = re.compile(r"\s*OPTIS - (Anisotropic BSDF|brdf) surface file v(\d+)\.\d+", re.IGNORECASE)
@@ -73,7 +79,7 @@ def recognises_brdf(head: str) -> bool:
     return found is not None and found[1].lower() == "brdf"
 
 
-def read_anisotropic(content: Content, choices: ExchangeOptions, notes: list[str]) -> Points:
+def read_anisotropic(content: Content, choices: ExchangeOptions, notes: list[str]) -> FilePoints:
     """The points of an ``.anisotropicbsdf`` file at one wavelength."""
     words = _below_description(content)
     words.numbers(3, "the anisotropy vector")
@@ -95,7 +101,7 @@ def read_anisotropic(content: Content, choices: ExchangeOptions, notes: list[str
     return _measured(content, parts, start, choices, notes)
 
 
-def read_brdf(content: Content, choices: ExchangeOptions, notes: list[str]) -> Points:
+def read_brdf(content: Content, choices: ExchangeOptions, notes: list[str]) -> FilePoints:
     """The points of a ``.brdf`` file at all of its wavelengths."""
     words = _below_description(content)
     start = _start(content, words, choices)
@@ -311,12 +317,12 @@ def _of_one_rotation(content: Content, tables: list[_Table], choices: ExchangeOp
     return kept
 
 
-def _points(table: _Table, wavelength_nm: float, factor: float) -> Points:
+def _points(table: _Table, wavelength_nm: float, factor: float) -> FilePoints:
     theta = 180 - table.theta_deg if table.is_transmission else table.theta_deg
     values, keep = distinct(theta, table.phi_deg, table.values)
     polar, azimuth = np.broadcast_arrays(theta[:, None], table.phi_deg + 180)
     n = int(keep.sum())
-    return Points(
+    return FilePoints(
         theta_i_deg=np.full(n, table.theta_i_deg),
         theta_o_deg=polar[keep],
         phi_deg=azimuth[keep],
@@ -342,8 +348,8 @@ def _end(content: Content, words: Words) -> None:
 
 
 def _measured(
-    content: Content, parts: list[Points], start: _Start, choices: ExchangeOptions, notes
-) -> Points:
+    content: Content, parts: list[FilePoints], start: _Start, choices: ExchangeOptions, notes
+) -> FilePoints:
     own, sides = origin(content.lines[:100]), (_OWN_SIDE.match(line.strip()) for line in content.lines[:100])
     side = next((found[1] for found in sides if found), None)
     for is_transmission in start.kinds if side else ():

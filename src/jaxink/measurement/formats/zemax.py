@@ -13,7 +13,7 @@ import numpy as np
 from jaxink.measurement.formats.content import Content, Words, shown
 from jaxink.measurement.formats.exchange_options import ExchangeOptions, ask
 from jaxink.measurement.formats.own_files import ExportedMedia, origin, refuse_other_media
-from jaxink.measurement.formats.points import Points, divided_as_requested, joined, totals_note
+from jaxink.measurement.formats.points import FilePoints, divided_as_requested, joined, totals_note
 from jaxink.measurement.formats.polar_tables import points_about_specular, total
 
 _WORDS = ("source", "symmetry", "spectralcontent", "scattertype")
@@ -40,7 +40,7 @@ class _Header:
         return self.words["symmetry"] == "planesymmetrical"
 
 
-def read(content: Content, choices: ExchangeOptions, notes: list[str]) -> Points:
+def read(content: Content, choices: ExchangeOptions, notes: list[str]) -> FilePoints:
     """The points above the horizon."""
     words = Words(content)
     header, section = _header(content, words)
