@@ -8,9 +8,10 @@ import pytest
 from rich.console import Console
 
 from jaxink.cli.diagnosis_tables import candidate_table, merit_table, step_table
-from jaxink.cli.fit_tables import derived_table, parameter_table, scan_table
+from jaxink.cli.fit_tables import card_table, parameter_table, worst_scans
 from jaxink.diagnosis import CandidateRow, Figures, HeldOutGain, Step, Summary, Testability
 from jaxink.effects.waves import CoherentBackscatter
+from jaxink.fitting import derived_table, search_table
 
 WAVELENGTHS = {2: (450, 650), 7: (400, 450, 500, 550, 600, 650, 700)}
 
@@ -40,7 +41,7 @@ def test_parameters_by_wavelength_are_whole(count, errors_hold, example_result):
 
 def test_derived_quantities_are_whole(example_result):
     derived = [dataclasses.replace(d, wavelength_nm=632.8) for d in example_result.derived]
-    text = shown(derived_table(dataclasses.replace(example_result, derived=tuple(derived))))
+    text = shown(card_table(derived_table(dataclasses.replace(example_result, derived=tuple(derived)))))
     assert "…" not in text
     assert sum(" 632.8 " in line for line in text.splitlines()) == len(derived)
 
@@ -76,7 +77,7 @@ def spectrum(example_result):
 
 
 def test_many_wavelengths_have_one_row_each(spectrum):
-    lines = whole(shown(derived_table(spectrum)))
+    lines = whole(shown(card_table(derived_table(spectrum))))
     for nm in WAVELENGTHS[7]:
         (row,) = (line for line in lines if f" {nm} " in line)
         scattering = next(d for d in spectrum.derived if d.quantity == "scattering_per_mm")
@@ -84,11 +85,19 @@ def test_many_wavelengths_have_one_row_each(spectrum):
 
 
 def test_of_many_wavelengths_the_worst_scans_are_listed(spectrum):
-    lines = whole(shown(scan_table(spectrum)))
+    lines = whole(shown(worst_scans(spectrum)))
     rows = [line.split() for line in lines if line[:1] in ("R", "T") or line[1:2] in ("R", "T")]
     assert len({row[1] for row in rows}) == 3
     assert "700" in {row[1] for row in rows}
     assert "3 worst of 7" in lines[0]
+
+
+def test_searches_from_many_starts_are_whole(example_result):
+    one = example_result.searches[0]
+    many = [dataclasses.replace(one, loss_start=1.23456e12, outcome="max_steps")] * 12
+    lines = whole(shown(card_table(search_table(many))))
+    assert sum("start 12" in line for line in lines) == 1
+    assert str(12 * one.jacobians) in next(line for line in lines if "in all" in line)
 
 
 def test_a_diagnosis_is_whole():

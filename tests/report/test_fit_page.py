@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import jaxink
-from jaxink.cli.fit_tables import mistake_lines, scan_table
+from jaxink.cli.fit_tables import console, show_mistakes, worst_scans
 from jaxink.fitting.mistake import Mistake
 from jaxink.fitting.outcome import Outcome
 from jaxink.numerics.digits import with_uncertainty
@@ -122,16 +122,17 @@ def test_a_measurement_above_the_model_deviates_by_a_positive_amount(example_res
     result = dataclasses.replace(example_result, data=example_result.data.replace(bsdf_per_sr=measured))
     assert example_result.deviation != result.deviation
     assert all(view.residual[0] > 0 for view in scan_views(result, 550.0, "R"))
-    table = Page(fit_page(result, {})).table("+2.8 %")
-    assert table[0][-2:] == ["rms of measured / model - 1", "mean of measured / model - 1"]
-    assert {tuple(row[-2:]) for row in table[1:]} == {("2.8 %", "+2.8 %")}
-    shown = scan_table(result)
-    assert list(shown.columns[-1].cells) == ["+2.80 %"] * len(result.scans)
-    assert shown.columns[-1].header == "mean\nm/s - 1"
+    table = Page(fit_page(result, {})).table("+2.80 %")
+    heads = ["rms of measured / model - 1", "mean of measured / model - 1"]
+    assert table[0][-2:] == heads
+    assert {tuple(row[-2:]) for row in table[1:]} == {("2.80 %", "+2.80 %")}
+    shown = worst_scans(result).columns[-2:]
+    assert [list(column.cells) for column in shown] == [[cell] * len(result.scans) for cell in table[1][-2:]]
+    assert [" ".join(str(column.header).split()) for column in shown] == heads
     assert ("rms of measured / model - 1", "2.8 %") in [tuple(row) for row in result.card().tables[1].rows]
 
 
-def test_rejected_mistakes_are_a_table_without_instructions(misfit):
+def test_rejected_mistakes_are_a_table_without_instructions(misfit, capsys):
     tried = Mistake(
         "divided_by_cosine",
         "The values read like BSDF / cos(theta_o)",
@@ -146,7 +147,8 @@ def test_rejected_mistakes_are_a_table_without_instructions(misfit):
     result = dataclasses.replace(misfit, mistakes=(turned, tried))
     page = Page(fit_page(result, {}))
     cells = " ".join(cell for row in page.table("The azimuth is turned") for cell in row)
-    for words in (page.words + cells, " ".join(mistake_lines(result))):
+    show_mistakes(console(), result)
+    for words in (page.words + cells, " ".join(capsys.readouterr().out.split())):
         assert "Tried and rejected" in words
         assert "The values are BSDF / cos(theta_o)" in words
         assert "The azimuth is turned" in words
@@ -231,7 +233,7 @@ def test_of_many_wavelengths_there_is_a_spectrum_and_the_worst_scans(coloured, t
 
 def test_the_spectrum_holds_values_and_standard_errors(coloured, misfit, refused):
     figure = spectrum_figure(coloured)
-    curve = quantities(coloured)["scattering [1/mm]"]
+    curve = quantities(coloured)["scattering coefficient mu_s [1/mm]"]
     known = [d for d in coloured.derived if d.quantity == "scattering_per_mm"]
     np.testing.assert_array_equal(curve.value, [d.value for d in known])
     np.testing.assert_array_equal(curve.error, [d.standard_error for d in known])
@@ -246,7 +248,7 @@ def test_the_spectrum_holds_values_and_standard_errors(coloured, misfit, refused
     # Standard errors of a misfit are meaningless: no bars.
     bad = dataclasses.replace(coloured, whitened=misfit.whitened)
     assert not spectrum_figure({"declared": bad, "corrected": coloured}).axes[0].collections[1:]
-    assert not np.isfinite(quantities(bad)["scattering [1/mm]"].error).any()
+    assert not np.isfinite(quantities(bad)["scattering coefficient mu_s [1/mm]"].error).any()
     with refused("one wavelength"):
         spectrum_figure(misfit)
     with refused("3 fits"):

@@ -81,7 +81,7 @@ def test_page_says_everything(found, written, told):
     for text in (
         "The measurement is SIMULATED",
         found.verdict.sentence,
-        "84 of 84 points of small.csv in 6 scans, 550 nm",
+        "small.csv: 84 of 84 points used, 6 scans, 550 nm",
         "0.2 %",
         "polydispersity",
         "seed 77",

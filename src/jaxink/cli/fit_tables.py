@@ -1,6 +1,9 @@
 """Tables of a fit result for the terminal."""
 
+import dataclasses
+import re
 import sys
+import textwrap
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -9,37 +12,35 @@ from rich.cells import cell_len
 from rich.console import Console, JustifyMethod
 from rich.table import Table
 
-from jaxink.fitting import OVER_MINIMA, rejected, rejection
-from jaxink.numerics.digits import interval, percent, plain, relative_error, rounded, with_uncertainty
-from jaxink.plots import MOST_WAVELENGTHS, fit_wavelengths, used_wavelengths
+from jaxink.display.card import CardTable
+from jaxink.fitting import (
+    compilation_sentence,
+    correlation_lines,
+    derived_table,
+    named_lines,
+    parameter_notes,
+    points_words,
+    rejected_table,
+    rejection,
+    scan_table,
+    search_table,
+    value_head,
+)
+from jaxink.numerics.digits import percent, plain, relative_error, with_uncertainty
+from jaxink.plots import fit_wavelengths, used_wavelengths
 
 if TYPE_CHECKING:
-    from jaxink.fitting import FitResult, FittedParameter, JointResult, Minima, SearchSummary
+    from jaxink.fitting import FitResult, FittedParameter, JointResult
     from jaxink.report import NextStep
 
-# ASCII if the terminal cannot show more.
 MOST_MISTAKES = 3
+# ASCII if the terminal cannot show more.
 DELTA_CHI_SQUARE = "Δχ²" if (sys.stdout.encoding or "").lower().startswith("utf") else "delta chi2"
-# Larger correlations are listed.
-NAMED_CORRELATION = 0.9
 # The strongest are listed.
 MOST_CORRELATIONS = 10
 _WIDTH_WITHOUT_TERMINAL = 120
-_QUANTITIES = {
-    "scattering_per_mm": ("scattering mu_s", "1/mm"),
-    "absorption_per_mm": ("absorption mu_a", "1/mm"),
-    "asymmetry_parameter": ("asymmetry g", ""),
-    "reduced_scattering_per_mm": ("reduced scattering mu_s' = mu_s (1 - g)", "1/mm"),
-    "reduced_optical_thickness": ("reduced optical thickness mu_s (1 - g) d", ""),
-}
-# Heads of columns, of a table with one row for each wavelength.
-_COLUMNS = {
-    "scattering_per_mm": "mu_s\n[1/mm]",
-    "absorption_per_mm": "mu_a\n[1/mm]",
-    "asymmetry_parameter": "g",
-    "reduced_scattering_per_mm": "mu_s (1 - g)\n[1/mm]",
-    "reduced_optical_thickness": "mu_s\n(1 - g) d",
-}
+# Heads are broken into lines of this width, if neither a cell nor a word is longer.
+_HEAD_WIDTH = 10
 
 
 def console() -> Console:
@@ -56,24 +57,48 @@ def show_result(
     """Print a fit result, the files that were written, and what to do next."""
     show_verdict(to, result)
     show_outcome(to, result)
-    to.print(parameter_table(tuple(result.parameters.values()), result.verdict.standard_errors_hold))
-    show_lines(to, "", parameter_notes(result))
+    show_parameters(to, result)
     if result.derived:
-        to.print(derived_table(result))
+        to.print(card_table(derived_table(result)))
     show_lines(to, "Figures of merit (m measured, s predicted)", merit_lines(result))
-    to.print(scan_table(result))
-    show_lines(to, "", _correlation_lines(result))
+    to.print(worst_scans(result))
+    show_lines(to, "Correlations", correlation_lines(result, MOST_CORRELATIONS))
     if result.residual_shape is not None:
         show_lines(to, "Shape of the residual", [result.residual_shape.sentence])
     show_lines(to, "Noise", [result.noise_sentence])
-    show_lines(to, "Searches", search_lines(result))
-    if result.minima is not None and result.minima.is_told:
-        to.print(minima_table(result.minima))
-        show_lines(to, "", [result.minima.sentence])
+    to.print(card_table(search_table(result.searches)))
+    show_lines(to, "", [compilation_sentence(result)])
+    show_minima(to, result)
     show_lines(to, "Notes", result.notes)
-    show_lines(to, "Mistakes in the input", mistake_lines(result))
+    show_mistakes(to, result)
     show_files(to, files)
     show_lines(to, "Next", [line for step in todo for line in step.lines()])
+
+
+def show_parameters(to: Console, result: "FitResult | JointResult") -> None:
+    """Print the parameters after a fit, with notes."""
+    to.print(parameter_table(tuple(result.parameters.values()), result.verdict.standard_errors_hold))
+    show_lines(to, "", parameter_notes(result))
+
+
+def show_minima(to: Console, result: "FitResult | JointResult") -> None:
+    """Print the minima that were found, if there is more to tell than the fit."""
+    if result.minima is not None and result.minima.is_told:
+        to.print(card_table(result.minima.table()))
+        show_lines(to, "", [result.minima.sentence])
+
+
+def show_mistakes(to: Console, result: "FitResult") -> None:
+    """Print the mistakes that the data name; without any, the nearest of those that are rejected."""
+    named, tried = named_lines(result), rejected_table(result.mistakes)
+    show_lines(to, "Mistakes in the input", named)
+    if named or not tried.rows:
+        return
+    rest = len(tried.rows) - MOST_MISTAKES
+    to.print(card_table(dataclasses.replace(tried, rows=tried.rows[:MOST_MISTAKES])))
+    before, is_misfit = result.verdict.reduced_chi_square, result.verdict.is_misfit
+    more = [f"{rest} more are in result.json."] if rest > 0 else []
+    show_lines(to, "", [*more, rejection(result.mistakes, before, is_misfit=is_misfit)])
 
 
 def show_verdict(to: Console, result: "FitResult") -> None:
@@ -85,15 +110,10 @@ def show_verdict(to: Console, result: "FitResult") -> None:
 
 def show_outcome(to: Console, result: "FitResult") -> None:
     """Print what was fitted, and whether the fit converged."""
-    from jaxink.measurement import mask_sentences, wavelength_words
+    from jaxink.measurement import mask_sentences
 
     data = result.data
-    spectrum = wavelength_words(sorted(set(data.wavelength_nm.tolist())))
-    scans = len(result.scans)
-    to.print(
-        f"{data.source or 'measurement'}: {int(data.used.sum())} of {len(data)} points used, {scans} "
-        f"scan{'s' * (scans != 1)}, {spectrum}"
-    )
+    to.print(points_words(data))
     objective = "chi-square" if result.objective == "chi_square" else f"the {result.objective} RMSD"
     sentence = f"{result.method.capitalize().replace('_', '-')} fit of {objective} {result.outcome.value}."
     to.print(sentence, style="bold" if result.outcome.is_as_asked else "bold red", soft_wrap=True)
@@ -107,7 +127,7 @@ def parameter_table(parameters: Sequence["FittedParameter"], errors_hold: bool =
     heads = [
         "parameter",
         "nm",
-        _value_head(errors_hold),
+        value_head(errors_hold),
         "rel.",
         "over minima",
         "start",
@@ -129,10 +149,6 @@ def parameter_table(parameters: Sequence["FittedParameter"], errors_hold: bool =
     return table
 
 
-def _value_head(errors_hold: bool) -> str:
-    return "value(s.e.)" if errors_hold else "value(meaningless s.e.)"
-
-
 def _parameter_row(p: "FittedParameter") -> list[str]:
     name, _, wavelength_nm = p.name.partition("@")
     if not p.free:
@@ -147,64 +163,6 @@ def _parameter_row(p: "FittedParameter") -> list[str]:
         "",
         p.flag,
     ]
-
-
-def parameter_notes(result: "FitResult | JointResult") -> list[str]:
-    """Sentences below the parameter table."""
-    lines = []
-    for p in result.parameters.values():
-        if p.interval is not None:
-            low, high = p.interval
-            open_end = {"open below": " (open below)", "open above": " (open above)"}.get(p.flag, "")
-            lines.append(
-                f"{p.name}: {interval(low, high)}{open_end} by profile likelihood "
-                f"({DELTA_CHI_SQUARE} < 1, all other parameters refitted)."
-            )
-    if any(p.over_minima for p in result.parameters.values()):
-        lines.append(OVER_MINIMA)
-    if any(p.flag == "not determined" for p in result.parameters.values()):
-        lines.append("not determined: the data do not constrain the parameter within its range.")
-    if any(p.standard_error is not None for p in result.parameters.values()):
-        lines.append("s.e.: standard error in units of the last digits, 1.234(5) = 1.234 +- 0.005.")
-        if not result.verdict.standard_errors_hold:
-            lines.append(
-                "These standard errors are meaningless: they assume that the model fits, and it does not."
-            )
-    return lines
-
-
-def derived_table(result: "FitResult") -> Table:
-    """Scattering and absorption of each layer at each wavelength; one row for each if they are many."""
-    if len(used_wavelengths(result.data)) > MOST_WAVELENGTHS:
-        return _derived_by_wavelength(result)
-    table = plain_table("Derived optical properties")
-    for head in ("layer", "nm", "quantity"):
-        add_column(table, head, is_text=True, wraps=head != "nm")
-    head = _value_head(result.verdict.standard_errors_hold)
-    table.add_column(head, justify="right", no_wrap=True)
-    table.add_column("unit", no_wrap=True)
-    for d in result.derived:
-        text, unit = _QUANTITIES.get(d.quantity, (d.quantity, ""))
-        value = with_uncertainty(d.value, d.standard_error)
-        table.add_row(d.layer, f"{d.wavelength_nm:g}", text, value, unit)
-    return table
-
-
-def _derived_by_wavelength(result: "FitResult") -> Table:
-    errors_hold = result.verdict.standard_errors_hold
-    table = plain_table("Derived optical properties" + ("" if errors_hold else " (s.e. are meaningless)"))
-    rows: dict[tuple[str, float], dict[str, str]] = {}
-    for d in result.derived:
-        value = with_uncertainty(d.value, d.standard_error)
-        rows.setdefault((d.layer, d.wavelength_nm), {})[d.quantity] = value
-    shown = [quantity for quantity in _COLUMNS if any(quantity in row for row in rows.values())]
-    add_column(table, "layer", is_text=True, wraps=True)
-    add_column(table, "nm", is_text=False)
-    for quantity in shown:
-        add_column(table, _COLUMNS[quantity], is_text=False)
-    for (layer, wavelength_nm), row in rows.items():
-        table.add_row(layer, f"{wavelength_nm:g}", *(row.get(quantity, "") for quantity in shown))
-    return table
 
 
 def merit_lines(result: "FitResult") -> list[str]:
@@ -232,94 +190,29 @@ def merit_lines(result: "FitResult") -> list[str]:
     ]
 
 
-def scan_table(result: "FitResult") -> Table:
+def worst_scans(result: "FitResult") -> Table:
     """Misfit by scan; of many wavelengths those that are fitted worst."""
-    known = result.merit.chi_square is not None
     waves, shown = used_wavelengths(result.data), fit_wavelengths(result)
+    table = scan_table(result, shown)
     some = f", at the {len(shown)} worst of {len(waves)} wavelengths" if len(shown) < len(waves) else ""
-    table = plain_table(f"Misfit by scan{some}")
-    heads = ["side", "nm", "theta_i", "points"]
-    heads += ["chi-\nsquare", "per\npoint"] if known else []
-    for head in (*heads, "rms of\nm/s - 1", "mean\nm/s - 1"):
-        add_column(table, head, head == "side")
-    for s in result.scans:
-        if s.wavelength_nm not in shown:
-            continue
-        one = result.deviation_of(s)
-        row = [s.side, f"{s.wavelength_nm:g}", f"{s.theta_i_deg:g}", str(s.points)]
-        if s.chi_square is not None:
-            row += [f"{s.chi_square:.1f}", f"{s.chi_square / s.points:.2f}"]
-        table.add_row(*row, percent(one and one.rms, ".2f"), percent(one and one.mean, "+.2f"))
-    return table
+    return card_table(dataclasses.replace(table, title=f"{table.title}{some}"))
 
 
-def _correlation_lines(result: "FitResult") -> list[str]:
-    names, matrix = result.correlation_names, result.correlations
-    strong = [
-        (float(matrix[i, j]), names[i], names[j])
-        for i in range(len(names))
-        for j in range(i)
-        if abs(matrix[i, j]) > NAMED_CORRELATION
-    ]
-    strong.sort(key=lambda entry: -abs(entry[0]))
-    if not names:
-        return []
-    if not strong:
-        return [f"No correlation exceeds {NAMED_CORRELATION:g}."]
-    listed = [f"  {b} - {a}: {value:+.3f}" for value, a, b in strong[:MOST_CORRELATIONS]]
-    rest = len(strong) - len(listed)
-    return [f"Correlations above {NAMED_CORRELATION:g}:", *listed, *([f"  and {rest} more"] if rest else [])]
-
-
-def mistake_lines(result: "FitResult") -> list[str]:
-    """Mistakes that the data name, with what to do; without any, the nearest of those that are rejected."""
-    before = result.verdict.reduced_chi_square
-    named = [mistake.sentence(before) for mistake in result.mistakes if mistake.is_named]
-    tried = rejected(result.mistakes)
-    if named or not tried:
-        return named
-    words = rejection(result.mistakes, before, is_misfit=result.verdict.is_misfit)
-    shown, rest = tried[:MOST_MISTAKES], len(tried) - MOST_MISTAKES
-    return [
-        f"Tried and rejected: {words}",
-        *(
-            f"  {one.supposition}: reduced chi-square {rounded(one.reduced_chi_square, 4)} after"
-            for one in shown
-        ),
-        *([f"  and {rest} more, see result.json"] if rest > 0 else []),
-    ]
-
-
-def search_lines(result: "FitResult") -> list[str]:
-    """Effort of each search."""
-    lines, several = [], sum(s.is_single for s in result.searches) > 1
-    for i, s in enumerate(result.searches):
-        start = f"start {i + 1}, " if several and s.is_single else ""
-        lines.append(
-            f"{start}{s.method}: {s.jacobians} Jacobians, {s.evaluations} evaluations, misfit "
-            f"{s.loss_start:.5g} -> {s.loss:.6g}; {_seconds(s)}"
-        )
-    if len(result.searches) > 1:
-        jacobians = sum(s.jacobians for s in result.searches)
-        evaluations = sum(s.evaluations for s in result.searches)
-        lines.append(f"in all: {jacobians} Jacobians, {evaluations} evaluations; {_seconds(result)}")
-    return lines
-
-
-def minima_table(minima: "Minima") -> Table:
-    """The lowest minima that were found."""
-    rows = minima.table()
-    table = plain_table(rows.title)
-    for i, head in enumerate(rows.heads):
+def card_table(table: CardTable) -> Table:
+    """A table as a notebook shows it, with its heads in short lines and without empty columns."""
+    made = plain_table(table.title)
+    shown = [i for i in range(len(table.heads)) if any(row[i] for row in table.rows)]
+    for i in shown:
+        longest = max(map(cell_len, [*(row[i] for row in table.rows), *table.heads[i].split()]))
         # Names of parameters are long.
-        add_column(table, head.replace(".", ".\n").replace(" this", "\nthis"), i in rows.text_columns)
-    for row in rows.rows:
-        table.add_row(*row)
-    return table
-
-
-def _seconds(effort: "FitResult | SearchSummary") -> str:
-    return f"compilation {effort.compile_seconds:.2f} s, run time {effort.run_seconds:.2f} s"
+        parts = re.sub(r"\.(?=[a-z_]{2})", ".\n", table.heads[i]).split("\n")
+        width = max(longest, _HEAD_WIDTH)
+        lines = [line for part in parts for line in textwrap.wrap(part, width, break_on_hyphens=False)]
+        is_text = i in table.text_columns
+        add_column(made, "\n".join(lines), is_text, wraps=is_text)
+    for row in table.rows:
+        made.add_row(*(row[i] for i in shown))
+    return made
 
 
 def show_files(to: Console, files: Iterable[Path]) -> None:

@@ -8,14 +8,7 @@ import typer
 
 import jaxink
 from jaxink.cli import session
-from jaxink.cli.fit_tables import (
-    console,
-    minima_table,
-    parameter_notes,
-    parameter_table,
-    show_files,
-    show_lines,
-)
+from jaxink.cli.fit_tables import console, show_files, show_lines, show_minima, show_parameters
 from jaxink.cli.session import ExitCode
 from jaxink.errors import InputRefusedError
 from jaxink.files.encoding import json_text
@@ -91,11 +84,8 @@ def show_joint_result(result: "JointResult", out: Path, files: Sequence[Path]) -
         style = "bold red" if result.agreement.disagrees else "bold"
         to.print(result.agreement.sentence, style=style, soft_wrap=True)
     to.print("\n".join(["", *result.measurement_table().lines()]), soft_wrap=True)
-    to.print(parameter_table(tuple(result.parameters.values()), result.verdict.standard_errors_hold))
-    show_lines(to, "", parameter_notes(result))
-    if result.minima is not None and result.minima.is_told:
-        to.print(minima_table(result.minima))
-        show_lines(to, "", [result.minima.sentence])
+    show_parameters(to, result)
+    show_minima(to, result)
     show_lines(to, "Notes", result.notes)
     # Those of the measurements are many; their pages lead to them.
     show_files(to, [file for file in files if file.parent == out or file.name == PAGE_FILE])

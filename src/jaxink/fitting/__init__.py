@@ -6,11 +6,18 @@ from jaxink.fitting.bounded import DECREMENT
 from jaxink.fitting.colouring import colours, points_affected
 from jaxink.fitting.comparison_methods import METHODS
 from jaxink.fitting.compiled import CompiledObjective, Point, program_of
+from jaxink.fitting.derived import OPTICAL_PROPERTIES
 from jaxink.fitting.endings import Ending
 from jaxink.fitting.exclusion import fit_near, predict_left_out, require_slope, without
 from jaxink.fitting.figures_of_merit import merit
 from jaxink.fitting.fit_one import fit
-from jaxink.fitting.fitted_parameters import FittedCovariance, FittedParameter, FittedParameters, merit_table
+from jaxink.fitting.fitted_parameters import (
+    FittedCovariance,
+    FittedParameter,
+    FittedParameters,
+    merit_table,
+    value_head,
+)
 from jaxink.fitting.gradient import Descent, GradientSearch
 from jaxink.fitting.input_check import check_input, is_doubtful
 from jaxink.fitting.inputs import marked, prepare_data, read_inputs
@@ -28,8 +35,8 @@ from jaxink.fitting.limits import SearchLimits
 from jaxink.fitting.loading import load_result
 from jaxink.fitting.log_density import LogDensity
 from jaxink.fitting.method import search
-from jaxink.fitting.minima import COMPARABLE_RISE, OVER_MINIMA, Minima
-from jaxink.fitting.mistake import Mistake, mistakes_sentence, rejected, rejection
+from jaxink.fitting.minima import COMPARABLE_RISE, Minima
+from jaxink.fitting.mistake import Mistake, mistakes_sentence, rejection
 from jaxink.fitting.objective import OBJECTIVES, Objective, compose, make_objective, weights_of, whiten_scans
 from jaxink.fitting.objective_of_readings import readings_objective
 from jaxink.fitting.options import FitOptions
@@ -38,6 +45,17 @@ from jaxink.fitting.prediction import predict, predict_at, unknown_nm
 from jaxink.fitting.readings_result import ReadingsResult
 from jaxink.fitting.relative_deviation import Deviation, deviation
 from jaxink.fitting.result import FitResult, SearchSummary
+from jaxink.fitting.result_tables import (
+    compilation_sentence,
+    correlation_lines,
+    derived_table,
+    named_lines,
+    parameter_notes,
+    points_words,
+    rejected_table,
+    scan_table,
+    search_table,
+)
 from jaxink.fitting.scaling import UnitScale
 from jaxink.fitting.sweep import sweep_of
 from jaxink.fitting.uncertainty import covariance
@@ -49,7 +67,7 @@ __all__ = [
     "DECREMENT",
     "METHODS",
     "OBJECTIVES",
-    "OVER_MINIMA",
+    "OPTICAL_PROPERTIES",
     "Agreement",
     "BoundedLevenbergMarquardt",
     "CompiledJointObjective",
@@ -83,8 +101,11 @@ __all__ = [
     "assemble",
     "check_input",
     "colours",
+    "compilation_sentence",
     "compose",
+    "correlation_lines",
     "covariance",
+    "derived_table",
     "deviation",
     "fit",
     "fit_near",
@@ -98,8 +119,11 @@ __all__ = [
     "merit",
     "merit_table",
     "mistakes_sentence",
+    "named_lines",
     "noises_of",
+    "parameter_notes",
     "points_affected",
+    "points_words",
     "predict",
     "predict_at",
     "predict_left_out",
@@ -107,12 +131,15 @@ __all__ = [
     "program_of",
     "read_inputs",
     "readings_objective",
-    "rejected",
+    "rejected_table",
     "rejection",
     "require_slope",
+    "scan_table",
     "search",
+    "search_table",
     "sweep_of",
     "unknown_nm",
+    "value_head",
     "weights_of",
     "whiten_scans",
     "with_settled_effects",

@@ -14,6 +14,7 @@ from jaxink.files.version import installed_version
 from jaxink.fitting.colouring import Colouring
 from jaxink.fitting.comparison_methods import METHODS
 from jaxink.fitting.compiled import split, without_values
+from jaxink.fitting.derived import OPTICAL_PROPERTIES, DerivedQuantity
 from jaxink.fitting.endings import Ending, minima_of, noise_scale
 from jaxink.fitting.figures_of_merit import merit, merit_by_scan, rms
 from jaxink.fitting.fit_objective import FitObjective
@@ -24,7 +25,6 @@ from jaxink.fitting.options import FitOptions
 from jaxink.fitting.outcome import Outcome, Search, SearchPath
 from jaxink.fitting.readings_result import ReadingsResult
 from jaxink.fitting.result import (
-    DerivedQuantity,
     FitResult,
     MieCheck,
     NeglectedPolarisation,
@@ -44,13 +44,6 @@ from jaxink.sample import Parameter, Sample
 from jaxink.solver import layer_method
 
 PACKAGES = ("jaxink", "jax", "jaxlib", "equinox", "optimistix", "numpy", "scipy")
-_QUANTITIES = (
-    "scattering_per_mm",
-    "absorption_per_mm",
-    "asymmetry_parameter",
-    "reduced_scattering_per_mm",
-    "reduced_optical_thickness",
-)
 # More spheres are left out at equal intervals: those of neighbouring wavelengths are alike.
 _MOST = 64
 # Note on a search that ended where it started.
@@ -300,7 +293,7 @@ def _derived(objective: Objective, best: Search, errors: Covariance | None) -> t
     rows = []
     for layer, coefficients in values.items():
         for i, wavelength in enumerate(objective.model.wavelengths_nm):
-            for quantity in _QUANTITIES:
+            for quantity in OPTICAL_PROPERTIES:
                 value = float(getattr(coefficients, quantity)[i])
                 if not np.isfinite(value):
                     continue

@@ -75,6 +75,11 @@ class FittedParameter:
         return "" if self.over_minima is None else interval(*self.over_minima)
 
 
+def value_head(errors_hold: bool) -> str:
+    """Head of a column of values with their standard errors."""
+    return "value(s.e.)" if errors_hold else "value(meaningless s.e.)"
+
+
 class FittedParameters(NamedRows[FittedParameter]):
     """All parameters of a fit, in the order of the sample."""
 
@@ -88,9 +93,16 @@ class FittedParameters(NamedRows[FittedParameter]):
         """The fitted parameters, in order."""
         return tuple(row for row in self.values() if row.free)
 
-    def table(self) -> CardTable:
-        """Free parameters with their standard errors in units of the last digits, then the others."""
-        heads = ["parameter", "value(s.e.)", "unit", "rel. s.e."]
+    def table(self, errors_hold: bool = True) -> CardTable:
+        """Free parameters with their standard errors in units of the last digits, then the others.
+
+        Parameters
+        ----------
+        errors_hold
+            Whether the standard errors say how far the values may be off; if not, the heads say so.
+        """
+        heads = ["parameter", value_head(errors_hold), "unit"]
+        heads += ["rel. s.e." if errors_hold else "rel. meaningless s.e."]
         # Beside the standard errors, which know of one minimum only.
         several = any(p.over_minima for p in self.values())
         heads += [*(["over minima"] if several else []), "start", "minimum", "maximum", "remark"]
@@ -215,10 +227,7 @@ def fit_card(
     title = f"Fit of {data.source or 'a measurement'}: {misfit_words(merit, deviation)}"
     used = f"{merit.points} of {len(data)} points used, {sum(scan.used > 0 for scan in data.scans)} scans"
     ended = f"{what[0].upper()}{what[1:].replace('_', '-')} {outcome.value}."
-    table = parameters.table()
-    if not verdict.standard_errors_hold:
-        heads = [head.replace("s.e.", "meaningless s.e.") for head in table.heads]
-        table = dataclasses.replace(table, heads=heads)
+    table = parameters.table(verdict.standard_errors_hold)
     tables, said = [table, merit_table(merit, deviation)], tuple(remarks)
     if minima is not None and minima.is_told:
         tables, said = [*tables, minima.table()], (minima.sentence, *said)

@@ -225,11 +225,7 @@ class JointResult(SavedInFolder, Presented):
 
     def parameter_table(self) -> CardTable:
         """All parameters; standard errors that mean nothing are called that."""
-        table = self.parameters.table()
-        if self.verdict.standard_errors_hold:
-            return table
-        heads = [head.replace("s.e.", "meaningless s.e.") for head in table.heads]
-        return dataclasses.replace(table, heads=heads)
+        return self.parameters.table(self.verdict.standard_errors_hold)
 
     def card(self) -> Card:
         """How the fit ended, its measurements, whether they agree, parameters and remarks."""

@@ -18,6 +18,7 @@ from jaxink.files.encoding import SavedInFolder, plain
 from jaxink.files.netcdf import netcdf_bytes
 from jaxink.files.result_folder import FIT_HEAD, PARAMETER_FILE, RESULT_FILE, SAMPLE_FILE
 from jaxink.files.version import installed_version
+from jaxink.fitting.derived import DerivedQuantity
 from jaxink.fitting.figures_of_merit import Merit, ScanMerit
 from jaxink.fitting.fitted_colours import colours_of_fit, known_of_fit
 from jaxink.fitting.fitted_parameters import (
@@ -55,29 +56,6 @@ COLUMNS = {
 }
 # Fields in result.nc, or at the head of result.json; all others are written and read by their names.
 _ELSEWHERE = ("data", "outcome", *COLUMNS)
-
-
-@dataclasses.dataclass(frozen=True)
-class DerivedQuantity:
-    """A quantity derived from the parameters, for one layer at one wavelength.
-
-    Parameters
-    ----------
-    layer, wavelength_nm
-        The layer and the wavelength.
-    quantity
-        ``scattering_per_mm``, ``absorption_per_mm``, ``asymmetry_parameter`` g, ``reduced_scattering_per_mm``
-        (scattering (1 - g)) or ``reduced_optical_thickness`` (that times the thickness). An opaque layer has
-        no coefficients unless it consists of Mie particles.
-    value, standard_error
-        Value and one standard error from the covariance of the fit, None if unknown.
-    """
-
-    layer: str
-    wavelength_nm: float
-    quantity: str
-    value: float
-    standard_error: float | None
 
 
 @dataclasses.dataclass(frozen=True)

@@ -17,13 +17,8 @@ if TYPE_CHECKING:
     from jaxink.fitting import FitResult
 
 _STYLES: tuple[Style, ...] = (FITTED, BEFORE)
-# Quantities of a layer in words, with their unit; all others keep the names of their parameters.
-_WORDS = {
-    "scattering_per_mm": "scattering [1/mm]",
-    "absorption_per_mm": "absorption [1/mm]",
-    "asymmetry_parameter": "asymmetry parameter g",
-    "reduced_scattering_per_mm": "scattering (1 - g) [1/mm]",
-}
+# Goes with the reduced scattering.
+_NOT_DRAWN = "reduced_optical_thickness"
 _COLUMNS, _LEFT, _PANEL, _BESIDE, _RIGHT = 2, 0.85, 3.2, 0.85, 0.2
 _TOP, _BOTTOM, _HEIGHT, _BETWEEN = 0.75, 0.85, 1.65, 0.6
 
@@ -97,21 +92,25 @@ def quantities(result: "FitResult") -> dict[str, Curve]:
     """Quantities that change with the wavelength, by their names in words."""
     points: dict[str, list[tuple[float, float, float | None]]] = {}
     shared = set[str]()
-    several = len({d.layer for d in result.derived}) > 1
-    for d in result.derived:
-        if d.quantity in _WORDS:
-            head = f"{d.layer}: {_WORDS[d.quantity]}" if several else _WORDS[d.quantity]
-            points.setdefault(head, []).append((d.wavelength_nm, d.value, d.standard_error))
-            if f"{d.layer}.{d.quantity}" in result.parameters:
-                shared.add(head)
-    derived = {f"{d.layer}.{d.quantity}" for d in result.derived if d.quantity in _WORDS}
+    drawn = [d for d in result.derived if d.quantity != _NOT_DRAWN]
+    several = len({d.layer for d in drawn}) > 1
+    for d in drawn:
+        head = _head(d.optical_property.words, d.optical_property.unit)
+        head = f"{d.layer}: {head}" if several else head
+        points.setdefault(head, []).append((d.wavelength_nm, d.value, d.standard_error))
+        if f"{d.layer}.{d.quantity}" in result.parameters:
+            shared.add(head)
+    derived = {f"{d.layer}.{d.quantity}" for d in drawn}
     for p in result.parameters.free:
         stem, _, wavelength = p.name.partition("@")
         if wavelength and stem not in derived:
-            head = f"{stem} [{p.unit}]" if p.unit else stem
-            points.setdefault(head, []).append((float(wavelength), p.value, p.standard_error))
+            points.setdefault(_head(stem, p.unit), []).append((float(wavelength), p.value, p.standard_error))
     holds = result.verdict.standard_errors_hold
     return {head: _curve(rows, holds, head in shared) for head, rows in points.items()}
+
+
+def _head(words: str, unit: str) -> str:
+    return f"{words} [{unit}]" if unit else words
 
 
 def misfit(result: "FitResult") -> Curve:

@@ -5,9 +5,21 @@ from html import escape
 from typing import TYPE_CHECKING
 
 from jaxink.colour import ColoursAtPoints, colours_if_any, display_code, shown_colour
-from jaxink.display.html import paragraph, table
-from jaxink.fitting import OVER_MINIMA, merit_table, rejected, rejection
-from jaxink.numerics.digits import percent, plain, rounded, with_uncertainty
+from jaxink.display.card import CardTable
+from jaxink.display.html import paragraph
+from jaxink.fitting import (
+    compilation_sentence,
+    correlation_lines,
+    derived_table,
+    merit_table,
+    named_lines,
+    parameter_notes,
+    rejected_table,
+    rejection,
+    scan_table,
+    search_table,
+)
+from jaxink.numerics.digits import percent, rounded, with_uncertainty
 from jaxink.numerics.failures import Failure
 from jaxink.plots import (
     SIDES,
@@ -24,22 +36,14 @@ from jaxink.report.sections import measured_words, missing_parts
 from jaxink.report.suggestions import NextStep
 
 if TYPE_CHECKING:
-    from jaxink.fitting import FitResult, Minima
+    from jaxink.fitting import FitResult
 
 
 OVERVIEW = "overview"
 SPECTRUM = "spectrum"
 _NUMBERS = 5
-# Of the ink, in words, with their units; the first of the numbers that matter.
-_OF_THE_INK = {
-    "scattering_per_mm": ("scattering coefficient", "1/mm"),
-    "absorption_per_mm": ("absorption coefficient", "1/mm"),
-    "asymmetry_parameter": ("asymmetry parameter g", ""),
-}
-_QUANTITIES = _OF_THE_INK | {
-    "reduced_scattering_per_mm": ("scattering (1 - g)", "1/mm"),
-    "reduced_optical_thickness": ("scattering (1 - g) times thickness", ""),
-}
+# Of the ink; the first of the numbers that matter.
+_OF_THE_INK = ("scattering_per_mm", "absorption_per_mm", "asymmetry_parameter")
 _SPECTRUM_WORDS = (
     "Optical properties and other free parameters against the wavelength, with standard errors where they "
     "hold, and the misfit at each wavelength."
@@ -49,8 +53,6 @@ _SCANS = {
     "residual_map": "Residuals over all viewing directions",
     "residual_shape": "The relative residual, and the part of it that smooth modes carry",
 }
-# Larger correlations are listed.
-_STRONG = 0.9
 _SIDE = 46
 
 
@@ -110,10 +112,9 @@ def five_numbers(result: "FitResult") -> list[tuple[str, str]]:
     told = set()
     for d in result.derived:
         if d.layer == ink and d.quantity in _OF_THE_INK and abs(d.wavelength_nm - wave) < 1e-6:
-            words, unit = _OF_THE_INK[d.quantity]
             at = f" at {wave:g} nm" if several else ""
             value = _value(d.value, d.standard_error, holds)
-            found.append((_short(value, unit), f"{words} of {ink}{at}"))
+            found.append((_short(value, d.optical_property.unit), f"{d.optical_property.words} of {ink}{at}"))
             told.add(f"{d.layer}.{d.quantity}")
     for p in result.parameters.free:
         stem, _, at = p.name.partition("@")
@@ -133,9 +134,9 @@ def _short(value: str, unit: str) -> str:
 
 def _details(result: "FitResult", drawn: Mapping[str, bytes]) -> Iterator[html.Section]:
     parameters = result.card().tables[0]
-    yield html.section("Parameters", parameters.html(), html.bullets(_parameter_notes(result)))
+    yield html.section("Parameters", parameters.html(), html.bullets(parameter_notes(result)))
     if result.derived:
-        yield html.section("Optical properties", _derived(result))
+        yield html.section("Optical properties", _long(derived_table(result)))
     figures = {name: png for name, png in drawn.items() if name not in (OVERVIEW, SPECTRUM)}
     if figures:
         words = wavelength_words(result.data)
@@ -145,32 +146,36 @@ def _details(result: "FitResult", drawn: Mapping[str, bytes]) -> Iterator[html.S
     if colours is not None:
         yield colour_section(colours)
     yield html.section("Figures of merit", merit_table(result.merit, result.deviation).html())
-    yield html.section("Misfit by scan", _scans(result))
+    yield html.section("Misfit by scan", _long(scan_table(result)))
     if result.correlation_names:
-        yield html.section("Correlations", html.bullets(_correlations(result)))
+        yield html.section("Correlations", html.bullets(correlation_lines(result)))
     if result.minima is not None and result.minima.is_told:
-        yield html.section("Minima", *_minima(result.minima))
+        yield html.section("Minima", paragraph(result.minima.sentence), _long(result.minima.table()))
     if result.residual_shape is not None:
         yield html.section("Shape of the residual", paragraph(result.residual_shape.sentence))
     if result.mistakes:
         yield html.section("Mistakes in the input", *_mistakes(result))
     if result.notes:
         yield html.section("Notes", html.bullets(result.notes))
-    yield html.section("Searches, settings and versions", _searches(result), html.bullets(_settings(result)))
+    searches = search_table(result.searches)
+    yield html.section("Searches, settings and versions", _long(searches), html.bullets(_settings(result)))
+
+
+def _long(table: CardTable) -> str:
+    """A table below the heading of its section, in parts that fit on a printed page."""
+    return html.tables(table.heads, table.rows, table.text_columns)
 
 
 def _mistakes(result: "FitResult") -> Iterator[str]:
     """Those that the data name, with what to do, and a table of those that were tried and rejected."""
-    before = result.verdict.reduced_chi_square
-    named = [mistake.sentence(before) for mistake in result.mistakes if mistake.is_named]
+    named, tried = named_lines(result), rejected_table(result.mistakes)
     if named:
         yield html.bullets(named)
-    tried = rejected(result.mistakes)
-    if tried:
-        rows = ([one.supposition, rounded(one.reduced_chi_square, 4)] for one in tried)
-        yield paragraph("Tried and rejected:")
-        yield html.tables(["mistake", "reduced chi-square after"], rows)
-        yield paragraph(rejection(result.mistakes, before, is_misfit=result.verdict.is_misfit))
+    if tried.rows:
+        before, is_misfit = result.verdict.reduced_chi_square, result.verdict.is_misfit
+        yield paragraph(f"{tried.title}:")
+        yield _long(tried)
+        yield paragraph(rejection(result.mistakes, before, is_misfit=is_misfit))
 
 
 def _caption(result: "FitResult", name: str) -> str:
@@ -181,64 +186,9 @@ def _caption(result: "FitResult", name: str) -> str:
     return f"{words} {below[kind]}: {residual_words(result)}" if kind in below else words
 
 
-def _parameter_notes(result: "FitResult") -> Iterator[str]:
-    yield "s.e.: standard error in units of the last digits, 1.234(5) = 1.234 +- 0.005."
-    if not result.verdict.standard_errors_hold:
-        yield "These standard errors are meaningless: they assume that the model fits."
-    if any(p.over_minima for p in result.parameters.values()):
-        yield OVER_MINIMA
-    for p in result.parameters.values():
-        if p.interval is not None:
-            low, high = p.interval
-            yield f"{p.name}: {plain(low)} to {plain(high)} by profile likelihood."
-
-
-def _derived(result: "FitResult") -> str:
-    rows = []
-    for d in result.derived:
-        words, unit = _QUANTITIES.get(d.quantity, (d.quantity, ""))
-        error = d.standard_error if result.verdict.standard_errors_hold else None
-        rows.append([d.layer, f"{d.wavelength_nm:g} nm", words, with_uncertainty(d.value, error), unit])
-    return html.tables(["layer", "wavelength", "quantity", "value(s.e.)", "unit"], rows, (0, 2, 4))
-
-
-def _scans(result: "FitResult") -> str:
-    heads = ["side", "wavelength", "incidence", "points", "chi-square"]
-    heads += ["rms of measured / model - 1", "mean of measured / model - 1"]
-    rows = (
-        [s.side, f"{s.wavelength_nm:g} nm", f"{s.theta_i_deg:g}°", str(s.points), rounded(s.chi_square, 4)]
-        + [percent(one and one.rms), percent(one and one.mean, "+.2g")]
-        for s, one in ((s, result.deviation_of(s)) for s in result.scans)
-    )
-    return html.tables(heads, rows)
-
-
-def _correlations(result: "FitResult") -> list[str]:
-    names, matrix = result.correlation_names, result.correlations
-    pairs = [(float(matrix[i, j]), names[j], names[i]) for i in range(len(names)) for j in range(i)]
-    strong = sorted((p for p in pairs if abs(p[0]) > _STRONG), key=lambda pair: -abs(pair[0]))
-    lines = [f"{one} and {other}: {value:+.3f}" for value, one, other in strong]
-    return lines or [f"No correlation exceeds {_STRONG:g}."]
-
-
-def _minima(minima: "Minima") -> Iterator[str]:
-    rows = minima.table()
-    yield paragraph(minima.sentence)
-    yield html.tables(rows.heads, rows.rows, rows.text_columns)
-
-
-def _searches(result: "FitResult") -> str:
-    rows = (
-        [s.method, s.outcome, str(s.jacobians), str(s.evaluations), plain(s.loss_start), plain(s.loss)]
-        + [f"{s.run_seconds:.2f} s", f"{s.compile_seconds:.2f} s"]
-        for s in result.searches
-    )
-    heads = ["search", "outcome", "Jacobians", "evaluations", "misfit at start", "misfit at end"]
-    return table([*heads, "run time", "compilation"], rows, (0, 1))
-
-
 def _settings(result: "FitResult") -> list[str]:
     return [
+        compilation_sentence(result),
         f"Fit of {result.objective.replace('_', '-')}: {result.method}, {result.outcome.value}; "
         f"seed {result.seed}.",
         f"Resolution: {', '.join(f'{k} {v}' for k, v in result.solver.items())}.",

@@ -8,11 +8,12 @@ import numpy as np
 from jaxink.diagnosis import TESTS
 from jaxink.display.html import paragraph, table
 from jaxink.effects import Inapplicable
+from jaxink.fitting import points_words
 from jaxink.ink import LARGEST_THETA_DEG, TableComparison
-from jaxink.measurement import mask_sentences, wavelength_words
+from jaxink.measurement import mask_sentences
 from jaxink.numerics.digits import plain, with_uncertainty
 from jaxink.numerics.failures import Failure
-from jaxink.plots import FROM_INSIDE, is_simulated, measurement_name, used_wavelengths
+from jaxink.plots import FROM_INSIDE, is_simulated, measurement_name
 from jaxink.report.hidden import HiddenChange
 from jaxink.report.html import (
     NONE,
@@ -82,12 +83,8 @@ def missing_parts(missing: Sequence[Failure]) -> str:
 
 def measured_words(result: "FitResult") -> str:
     """What was measured and used, and its noise."""
-    data = result.data
-    spectrum = wavelength_words(used_wavelengths(data))
-    source = f" of {data.source}" if data.source else ""
-    what = f"{int(data.used.sum())} of {len(data)} points{source} in {len(result.scans)} scans, {spectrum}"
     simulated = " The measurement is SIMULATED." if is_simulated(result) else ""
-    return f"{what}.{simulated} Noise: {result.noise_sentence}"
+    return f"{points_words(result.data)}.{simulated} Noise: {result.noise_sentence}"
 
 
 def merit(diagnosis: "Diagnosis") -> Section:
