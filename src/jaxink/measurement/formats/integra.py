@@ -6,6 +6,7 @@ Known from the open reader and writer of libbsdf (DdrReader, DdrWriter).
 import numpy as np
 from jaxtyping import Float, Int
 
+from jaxink.measurement.formats.chosen import chosen_rotation
 from jaxink.measurement.formats.content import Content, Words
 from jaxink.measurement.formats.exchange_options import ExchangeOptions, ask
 from jaxink.measurement.formats.integra_text import (
@@ -50,7 +51,8 @@ def read(content: Content, choices: ExchangeOptions, notes: list[str]) -> FilePo
         refuse_other_media(content, own, component)
     through = is_transmission(content, choices.side, component, "dd")
     channel = wanted_channel(content, header, choices, notes)
-    rotation = _rotation(content, header, choices)
+    rotations = header.axes.get("psi", np.zeros(1)).tolist()
+    rotation = chosen_rotation(content, choices, rotations, "the sample was rotated to {} degrees (psi)")
     parts = []
     for name, wavelength_nm in channels(content, words, header):
         tables = _tables(content, words, header)
@@ -112,21 +114,6 @@ def _wavelength(content: Content, choices: ExchangeOptions, stated_nm: float) ->
         why = "the file has no wavelength, as its values are those of one channel or of colours"
         raise ask(content.source, "wavelength_nm", why)
     return choices.wavelength_nm
-
-
-def _rotation(content: Content, header: Header, choices: ExchangeOptions) -> int:
-    """Index of the rotation of the sample to read."""
-    axis = header.axes.get("psi", np.zeros(1))
-    listed = ", ".join(f"{angle:g}" for angle in axis)
-    if choices.rotation_deg is None:
-        if axis.size > 1:
-            why = f"the sample was rotated to {listed} degrees (psi), of which one is read"
-            raise ask(content.source, "rotation_deg", why)
-        return 0
-    near = np.flatnonzero(np.abs(axis - choices.rotation_deg) < 1e-6)
-    if not near.size:
-        raise content.refusal(f"rotation_deg is {choices.rotation_deg:g}; the file has {listed}")
-    return int(near[0])
 
 
 def _tables(content: Content, words: Words, header: Header):

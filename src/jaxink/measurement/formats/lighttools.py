@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 
+from jaxink.measurement.formats.chosen import chosen_rotation, chosen_tristimulus
 from jaxink.measurement.formats.content import Content, Words, shown
 from jaxink.measurement.formats.exchange_options import ExchangeOptions, ask
 from jaxink.measurement.formats.own_files import origin, refuse_other_media
@@ -189,30 +190,19 @@ def _of_one_face(
 
 def _of_one_channel(content: Content, blocks: list[_Block], choices: ExchangeOptions, notes) -> list[_Block]:
     channels = sorted({block.channel for block in blocks})
-    wanted = None if choices.channel is None else choices.channel.upper()
-    if wanted is None and len(channels) == 1:
+    if choices.channel is None and len(channels) == 1:
         return blocks
     listed = ", ".join(channel or "one without a name" for channel in channels)
-    if wanted is None:
-        raise ask(content.source, "channel", f"the values are tristimuli ({listed}), of which one is read")
-    if wanted not in channels:
-        raise content.refusal(f"channel is {choices.channel!r}; the file has {listed}")
-    notes.append(f"The values are those of the tristimulus {wanted}.")
+    words = f"the values are tristimuli ({listed})", f"the file has {listed}"
+    wanted = chosen_tristimulus(content, choices, channels, words, notes)
     return [block for block in blocks if block.channel == wanted]
 
 
 def _of_one_rotation(content: Content, blocks: list[_Block], choices: ExchangeOptions) -> list[_Block]:
     angles = sorted({block.poi for block in blocks})
-    listed = ", ".join(f"{angle:g}" for angle in angles)
-    if choices.rotation_deg is None:
-        if len(angles) > 1:
-            why = f"the plane of incidence (POI) was at {listed} degrees, of which one is read"
-            raise ask(content.source, "rotation_deg", why)
-        return blocks
-    kept = [block for block in blocks if abs(block.poi - choices.rotation_deg) < 1e-6]
-    if not kept:
-        raise content.refusal(f"rotation_deg is {choices.rotation_deg:g}; the file has {listed}")
-    return kept
+    words = "the plane of incidence (POI) was at {} degrees"
+    rotation = angles[chosen_rotation(content, choices, angles, words)]
+    return [block for block in blocks if block.poi == rotation]
 
 
 def _points(block: _Block, radial: np.ndarray, phi_deg: np.ndarray) -> FilePoints:

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 
+from jaxink.measurement.formats.chosen import chosen_rotation
 from jaxink.measurement.formats.content import Content, Words
 from jaxink.measurement.formats.exchange_options import ExchangeOptions, ask
 from jaxink.measurement.formats.own_files import origin, refuse_other_media
@@ -304,17 +305,8 @@ def _table(content: Content, words: Words, theta_i: float, rotation: float, is_t
 
 def _of_one_rotation(content: Content, tables: list[_Table], choices: ExchangeOptions) -> list[_Table]:
     angles = sorted({table.rotation_deg for table in tables})
-    listed = ", ".join(f"{angle:g}" for angle in angles)
-    if choices.rotation_deg is None:
-        if len(angles) > 1:
-            raise ask(
-                content.source, "rotation_deg", f"the anisotropy angles are {listed}, of which one is read"
-            )
-        return tables
-    kept = [table for table in tables if abs(table.rotation_deg - choices.rotation_deg) < 1e-6]
-    if not kept:
-        raise content.refusal(f"rotation_deg is {choices.rotation_deg:g}; the file has {listed}")
-    return kept
+    rotation = angles[chosen_rotation(content, choices, angles, "the anisotropy angles are {}")]
+    return [table for table in tables if table.rotation_deg == rotation]
 
 
 def _points(table: _Table, wavelength_nm: float, factor: float) -> FilePoints:

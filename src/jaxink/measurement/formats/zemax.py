@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from jaxink.measurement.formats.chosen import chosen_rotation, chosen_tristimulus
 from jaxink.measurement.formats.content import Content, Words, shown
 from jaxink.measurement.formats.exchange_options import ExchangeOptions, ask
 from jaxink.measurement.formats.own_files import ExportedMedia, origin, refuse_other_media
@@ -49,7 +50,8 @@ def read(content: Content, choices: ExchangeOptions, notes: list[str]) -> FilePo
     own = origin(content.lines)
     _refuse_other_media(content, own)
     wavelength = _wavelength(content, own, choices, notes)
-    rotation = _rotation(content, header, choices)
+    rotations = header.axes["samplerotation"].tolist()
+    rotation = chosen_rotation(content, choices, rotations, "the sample was rotated to {} degrees")
     parts, totals = [], []
     for name, k, angle, stated, values, rows in _blocks(content, words, header, section):
         if name != channel or k != rotation:
@@ -115,12 +117,8 @@ def _channel(content: Content, header: _Header, choices: ExchangeOptions, notes:
         if choices.channel is not None:
             raise content.refusal("the file has one channel only; leave out the channel")
         return "Y"
-    if choices.channel is None:
-        raise ask(content.source, "channel", "the values are the tristimuli X, Y and Z, of which one is read")
-    if choices.channel.upper() not in ("X", "Y", "Z"):
-        raise content.refusal(f"channel is {choices.channel!r}; it must be X, Y or Z")
-    notes.append(f"The values are those of the tristimulus {choices.channel.upper()}.")
-    return choices.channel.upper()
+    words = "the values are the tristimuli X, Y and Z", "it must be X, Y or Z"
+    return chosen_tristimulus(content, choices, ("X", "Y", "Z"), words, notes)
 
 
 def _refuse_other_media(content: Content, own: ExportedMedia | None) -> None:
@@ -139,22 +137,6 @@ def _wavelength(
         return float(choices.wavelength_nm or 0)
     notes.append(f"The wavelength, {own.wavelength_nm:g} nm, is from jaxink's comment in the file.")
     return own.wavelength_nm
-
-
-def _rotation(content: Content, header: _Header, choices: ExchangeOptions) -> int:
-    """Index of the rotation of the sample to read."""
-    axis = header.axes["samplerotation"]
-    listed = ", ".join(f"{angle:g}" for angle in axis)
-    if choices.rotation_deg is None:
-        if axis.size > 1:
-            why = f"the sample was rotated to {listed} degrees, of which one is read"
-            raise ask(content.source, "rotation_deg", why)
-        return 0
-    near = np.flatnonzero(np.abs(axis - choices.rotation_deg) < 1e-6)
-    if not near.size:
-        text = f"rotation_deg is {choices.rotation_deg:g}; the file has {listed}"
-        raise content.refusal(text)
-    return int(near[0])
 
 
 def _blocks(content: Content, words: Words, header: _Header, section: str):
