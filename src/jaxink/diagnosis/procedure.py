@@ -18,7 +18,7 @@ from jaxink.diagnosis.search.options import DiagnosisOptions
 from jaxink.diagnosis.search.problem import problem_of
 from jaxink.diagnosis.search.unfinished import Unfinished
 from jaxink.errors import InputRefusedError, require_kind
-from jaxink.fitting import FitResult, check_input, fit, read_inputs, weights_of
+from jaxink.fitting import FitResult, check_input, fit, read_inputs, require_sample, weights_of
 from jaxink.measurement import USER, GonioData
 from jaxink.numerics.failures import Failures
 from jaxink.numerics.precision import computing, release_programs
@@ -84,12 +84,7 @@ def diagnose(
         release_programs()
         with computing():
             return diagnose_project(data, options, progress or log_progress)
-    if sample is None:
-        raise InputRefusedError(
-            "sample is None; give a sample or its file, or a project (jaxink.load_project) instead of the "
-            "measurement."
-        )
-    data, sample = read_inputs(data, sample)
+    data, sample = read_inputs(data, require_sample(sample))
     follow = progress or log_progress
     deadline, failures = Deadline(options.time_limit_s), Failures()
     if fitted is None and unfinished is not None:

@@ -20,7 +20,7 @@ from jaxink.fitting.fitted_parameters import (
 )
 from jaxink.fitting.gradient import Descent, GradientSearch
 from jaxink.fitting.input_check import check_input, is_doubtful
-from jaxink.fitting.inputs import marked, prepare_data, read_inputs
+from jaxink.fitting.inputs import marked, prepare_data, read_inputs, require_sample
 from jaxink.fitting.joint_fit import fit_project, noises_of
 from jaxink.fitting.joint_loading import load_joint_result
 from jaxink.fitting.joint_objective import (
@@ -133,6 +133,7 @@ __all__ = [
     "readings_objective",
     "rejected_table",
     "rejection",
+    "require_sample",
     "require_slope",
     "scan_table",
     "search",

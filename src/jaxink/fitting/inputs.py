@@ -37,6 +37,22 @@ def read_inputs(
     return data if isinstance(data, GonioData) else read(data), sample
 
 
+def require_sample(sample: Sample | str | Path | None) -> Sample | str | Path:
+    """The sample of a measurement; of these, only a project may do without.
+
+    Raises
+    ------
+    InputRefusedError
+        It is None.
+    """
+    if sample is None:
+        raise InputRefusedError(
+            "sample is None; give a sample or its file, or a project (jaxink.load_project) instead of the "
+            "measurement."
+        )
+    return sample
+
+
 def read_sample(sample: Sample | str | Path) -> Sample:
     """Load a sample, unless it is loaded already.
 
