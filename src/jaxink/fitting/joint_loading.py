@@ -8,7 +8,7 @@ from typing import Any, TypedDict
 import numpy as np
 
 from jaxink.errors import InputRefusedError, require_one_of
-from jaxink.files.decoding import Rules, decode, described, read_json
+from jaxink.files.decoding import Rules, decode, read_json
 from jaxink.files.exchange import settle
 from jaxink.files.reading import shown_path
 from jaxink.files.result_folder import (
@@ -19,12 +19,10 @@ from jaxink.files.result_folder import (
     joint_file,
 )
 from jaxink.fitting.agreement import Agreement
-from jaxink.fitting.comparison_methods import METHODS
 from jaxink.fitting.fitted_parameters import FittedParameter, FittedParameters
 from jaxink.fitting.joint_result import SCHEMA_VERSION, JointResult, digest_of
-from jaxink.fitting.loading import load_result
+from jaxink.fitting.loading import load_result, require_consistent, require_version
 from jaxink.fitting.minima import Minima
-from jaxink.fitting.objective import OBJECTIVES
 from jaxink.fitting.outcome import Outcome
 from jaxink.fitting.readings_result import ReadingsResult
 from jaxink.fitting.result import FitResult, NoiseOrigin, ProfileCurve, SearchSummary
@@ -119,25 +117,13 @@ def load_joint_result(path: str | Path, effects: Collection[Any] = ()) -> JointR
     if not os.path.lexists(path):
         raise InputRefusedError(f"{name}: there is no joint fit; `jaxink fit PROJECT.toml` writes one.")
     plain = read_json(path, LARGEST_RESULT_BYTES, "joint result")
-    version = plain.get("schema_version") if isinstance(plain, dict) else None
-    if version != SCHEMA_VERSION or isinstance(version, bool):
-        raise InputRefusedError(
-            f"{name}: schema_version is {described(version)}; this jaxink reads joint results of version "
-            f"{SCHEMA_VERSION}."
-        )
     try:
+        require_version(plain, SCHEMA_VERSION, "joint results")
         document = decode(_Document, {k: v for k, v in plain.items() if k not in _FOLLOWING}, "", _RULES)
-        require_one_of("outcome", document["outcome"], [outcome.code for outcome in Outcome])
-        require_one_of("method", document["method"], METHODS)
-        require_one_of("objective", document["objective"], OBJECTIVES)
-        size = len(document["correlation_names"])
-        if [len(row) for row in document["correlations"]] != [size] * size:
-            raise InputRefusedError(
-                f"correlations must have {size} rows of {size}, the length of correlation_names."
-            )
+        require_consistent(document, "outcome", document["outcome"])
     except InputRefusedError as problem:
         raise InputRefusedError(f"{name}: {problem}") from None
-    folder = path.parent / MEASUREMENTS
+    folder, size = path.parent / MEASUREMENTS, len(document["correlation_names"])
     made = {key: value for key, value in document.items() if key not in ("schema_version", "result_id")}
     result = JointResult(
         **made

@@ -3,7 +3,7 @@
 import dataclasses
 import math
 import os
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any, NotRequired, TypedDict, get_type_hints
 
@@ -134,33 +134,42 @@ def _a_measurement(folder: Path) -> str:
 
 def _document(plain: Any, effects: Collection[Any]) -> tuple[dict[str, Any], Sample]:
     """Content of ``result.json``, each key checked."""
-    version = plain.get("schema_version") if isinstance(plain, dict) else None
-    if version != SCHEMA_VERSION or isinstance(version, bool):
-        raise InputRefusedError(
-            f"schema_version is {described(version)}; this jaxink reads results of version {SCHEMA_VERSION}."
-        )
+    require_version(plain, SCHEMA_VERSION, "results")
     document = decode(_Document, plain, "", _RULES)
     sample = sample_from_dict(document["sample"], effects=effects)
-    codes = [outcome.code for outcome in Outcome]
-    require_one_of("outcome.code", document["outcome"]["code"], codes)
-    require_one_of("method", document["method"], METHODS)
-    require_one_of("objective", document["objective"], OBJECTIVES)
+    require_consistent(document, "outcome.code", document["outcome"]["code"])
     known = [parameter.name for parameter in document["parameters"]]
     if sorted(known) != sorted(sample.parameters):
         raise InputRefusedError("parameters and sample.parameters must name the same parameters.")
     for name in document["correlation_names"]:
         require_one_of("an entry of correlation_names", name, known)
-    size, rows = len(document["correlation_names"]), document["correlations"]
-    if {len(row) for row in rows} - {size} or len(rows) != size:
-        raise InputRefusedError(
-            f"correlations must have {size} rows of {size}, the length of correlation_names."
-        )
     file = document["data_file"]
     if Path(file).name != file or not file.strip(".") or "\0" in file:
         raise InputRefusedError(
             f"data_file is {described(file)}; it must be the name of a file in the same folder."
         )
     return document, sample
+
+
+def require_version(plain: Any, version: int, what: str) -> None:
+    """Reject content of another schema version; ``what`` it is, for the error."""
+    found = plain.get("schema_version") if isinstance(plain, dict) else None
+    if found != version or isinstance(found, bool):
+        raise InputRefusedError(
+            f"schema_version is {described(found)}; this jaxink reads {what} of version {version}."
+        )
+
+
+def require_consistent(document: Mapping[str, Any], outcome_key: str, outcome: str) -> None:
+    """Reject an outcome, a method or an objective that is unknown, and correlations that are no square."""
+    require_one_of(outcome_key, outcome, [known.code for known in Outcome])
+    require_one_of("method", document["method"], METHODS)
+    require_one_of("objective", document["objective"], OBJECTIVES)
+    size = len(document["correlation_names"])
+    if [len(row) for row in document["correlations"]] != [size] * size:
+        raise InputRefusedError(
+            f"correlations must have {size} rows of {size}, the length of correlation_names."
+        )
 
 
 def _points(path: Path, document: dict[str, Any]) -> tuple[GonioData, dict[str, Any]]:
