@@ -16,7 +16,13 @@ from jaxink.measurement.masks import (
 from jaxink.measurement.noise import MINIMUM_PAIRS, estimate_noise, symmetry_repeatability
 from jaxink.measurement.noise_model import NoiseEstimate, NoiseLevel, NoiseModel, NoiseSource, ScanScatter
 from jaxink.measurement.one_sample import refuse_other_samples
-from jaxink.measurement.pairs import reciprocal_differences, repeat_differences, without_copies
+from jaxink.measurement.pairs import (
+    ANGLE_TOLERANCE_DEG,
+    angle_labels,
+    reciprocal_differences,
+    repeat_differences,
+    without_copies,
+)
 from jaxink.measurement.point_noise import LEAST_PROBABILITY, SIGMA_TOLERANCE, FitNoise, Noise, noise_of
 from jaxink.measurement.reader import (
     ONE_A_FILE,
@@ -37,6 +43,7 @@ from jaxink.measurement.table import is_frame, is_number, kind_of, refusal
 from jaxink.measurement.text_file import write_csv
 
 __all__ = [
+    "ANGLE_TOLERANCE_DEG",
     "BACKING",
     "LEAST_PROBABILITY",
     "LIT_SIDE",
@@ -65,6 +72,7 @@ __all__ = [
     "Scan",
     "ScanScatter",
     "Spheres",
+    "angle_labels",
     "angular_distance_deg",
     "balances",
     "diffuse_reflectance",

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Int
+from jaxtyping import Float, Int
 
 from jaxink.measurement.dataset import FILE_COLUMN, GonioData
 
@@ -50,13 +50,13 @@ def direction_groups(data: GonioData) -> Int[np.ndarray, " points"]:
 
 def stated_groups(data: GonioData) -> Int[np.ndarray, " points"]:
     """As `direction_groups`, but stated azimuths count also along the normal of exit."""
-    columns = [direction_groups(data), _labels(np.abs(data.phi_deg)), np.sign(data.phi_deg).astype(int)]
+    columns = [direction_groups(data), angle_labels(np.abs(data.phi_deg)), np.sign(data.phi_deg).astype(int)]
     _, group = np.unique(np.column_stack(columns), axis=0, return_inverse=True)
     return group.reshape(-1)
 
 
-def _labels(values: np.ndarray) -> np.ndarray:
-    """Number the distinct values; those within the tolerance of the first one get the same number."""
+def angle_labels(values: Float[np.ndarray, " angles"]) -> Int[np.ndarray, " angles"]:
+    """Number the distinct angles in degrees; those within the tolerance of the first one are equal."""
     distinct, inverse = np.unique(values, return_inverse=True)
     labels, start, label = np.empty(distinct.size, int), -np.inf, -1
     for index, value in enumerate(distinct):
@@ -67,14 +67,14 @@ def _labels(values: np.ndarray) -> np.ndarray:
 
 
 def _direction_keys(data: GonioData) -> tuple[np.ndarray, np.ndarray]:
-    polar = _labels(np.concatenate([data.theta_i_deg, data.theta_o_deg]))
+    polar = angle_labels(np.concatenate([data.theta_i_deg, data.theta_o_deg]))
     theta_i, theta_o = polar[: len(data)], polar[len(data) :]
     _, wavelength = np.unique(np.rint(data.wavelength_nm * 1e6), return_inverse=True)
     azimuth = np.abs(data.phi_deg)
     no_azimuth = data.theta_o_deg <= ANGLE_TOLERANCE_DEG
     in_plane = no_azimuth | (np.minimum(azimuth, 180 - azimuth) <= ANGLE_TOLERANCE_DEG)
     sign = np.where(in_plane, 0, np.sign(data.phi_deg)).astype(int)
-    phi = np.where(no_azimuth, -1, _labels(azimuth))
+    phi = np.where(no_azimuth, -1, angle_labels(azimuth))
     columns = [data.is_transmission, wavelength.reshape(-1), theta_i, theta_o, phi]
     return np.column_stack([np.asarray(column, int) for column in columns]), sign
 

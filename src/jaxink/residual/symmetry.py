@@ -11,11 +11,12 @@ import numpy as np
 from jaxtyping import Float, Int
 from scipy.special import fdtrc
 
+from jaxink.measurement import ANGLE_TOLERANCE_DEG, angle_labels
 from jaxink.residual.modes import zernike_radial
 from jaxink.residual.points import ResidualPoints
 
-# Printed angles that differ by less are equal.
-_SAME_DEG = 0.05
+# Where there is no point.
+_NOWHERE_DEG = -90.0
 # Highest order of the modes of a difference.
 _MOST_ORDER = 4
 # Fewest pairs for each mode.
@@ -122,35 +123,37 @@ def _scan_factors(points: ResidualPoints, a, b) -> Float[np.ndarray, "pairs scan
     return points.scan_relative * (first.astype(float) - second) / 2
 
 
-def _labels(points: ResidualPoints, theta_i, theta_o, phi) -> Int[np.ndarray, "points 5"]:
-    """Numbers of the setting of each point that are equal for equal settings."""
-    angles = [np.rint(np.asarray(angle) / _SAME_DEG) for angle in (theta_i, theta_o, np.mod(phi, 360.0))]
-    angles[2] = np.where(angles[1] == 0, 0, np.mod(angles[2], round(360 / _SAME_DEG)))
-    columns = [points.is_transmission, np.rint(points.wavelength_nm * 1e6), *angles]
-    return np.stack(columns, axis=1).astype(np.int64)
-
-
-def _mirror_partner(points: ResidualPoints) -> Int[np.ndarray, "points 5"]:
-    """Settings of the mirror images; of opposite directions at normal incidence in the plane."""
-    flat = points.near_plane & (points.theta_i_deg <= _SAME_DEG)
+def _mirror_partner(points: ResidualPoints) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Angles of the mirror images; of opposite directions at normal incidence in the plane."""
+    flat = points.near_plane & (points.theta_i_deg <= ANGLE_TOLERANCE_DEG)
     phi = np.where(flat, 180.0 - points.phi_deg, -points.phi_deg)
-    return _labels(points, points.theta_i_deg, points.theta_o_deg, phi)
+    return points.theta_i_deg, points.theta_o_deg, phi
 
 
-def _reciprocal_partner(points: ResidualPoints) -> Int[np.ndarray, "points 5"]:
-    """Settings with source and detector exchanged; none in transmission, where it enters the other face."""
-    swapped = _labels(points, points.theta_o_deg, points.theta_i_deg, points.phi_deg)
-    swapped[points.is_transmission] = -1
-    return swapped
+def _reciprocal_partner(points: ResidualPoints) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Angles with source and detector exchanged; none in transmission, where it enters the other face."""
+    theta_i = np.where(points.is_transmission, _NOWHERE_DEG, points.theta_o_deg)
+    return theta_i, points.theta_i_deg, points.phi_deg
+
+
+def _labels(points: ResidualPoints, partner) -> Int[np.ndarray, "2 points"]:
+    """Numbers of the setting of each point and of its partner, equal for equal settings."""
+    own = points.theta_i_deg, points.theta_o_deg, points.phi_deg
+    theta_i, theta_o, phi = (np.concatenate(angles) for angles in zip(own, partner, strict=True))
+    polar = angle_labels(np.concatenate([theta_i, theta_o])).reshape(2, -1)
+    turned = np.mod(phi, 360.0)
+    azimuth = angle_labels(np.where(turned > 360 - ANGLE_TOLERANCE_DEG, 0.0, turned))
+    azimuth[theta_o <= ANGLE_TOLERANCE_DEG] = -1
+    wavelength = np.rint(points.wavelength_nm * 1e6)
+    columns = [np.tile(points.is_transmission, 2), np.tile(wavelength, 2), *polar, azimuth]
+    _, label = np.unique(np.stack(columns, axis=1), axis=0, return_inverse=True)
+    return label.reshape(2, -1)
 
 
 def _pairs(points: ResidualPoints, partner) -> tuple[np.ndarray, np.ndarray]:
     """Positions of pairs, each pair once; the first of repeated readings stands for them."""
-    own = _labels(points, points.theta_i_deg, points.theta_o_deg, points.phi_deg)
-    _, label = np.unique(np.concatenate([own, partner]), axis=0, return_inverse=True)
-    label = label.reshape(-1)
-    mine, wanted = label[: len(points)], label[len(points) :]
-    first = np.full(label.max() + 1, -1)
+    mine, wanted = _labels(points, partner)
+    first = np.full(max(mine.max(), wanted.max()) + 1, -1)
     first[mine[::-1]] = np.arange(len(points))[::-1]
     a = np.flatnonzero((first[mine] == np.arange(len(points))) & (first[wanted] >= 0) & (wanted != mine))
     pairs = np.unique(np.sort(np.stack([a, first[wanted[a]]]), axis=0), axis=1)
@@ -164,7 +167,7 @@ def _odd_modes(points: ResidualPoints, at) -> Iterator[np.ndarray]:
     """Modes of the relative change that are odd in phi, and for tilts at normal incidence."""
     of_i, of_o = (np.sin(np.deg2rad(angle[at])) for angle in (points.theta_i_deg, points.theta_o_deg))
     phi = np.deg2rad(points.phi_deg[at])
-    flat = points.near_plane[at] & (points.theta_i_deg[at] <= _SAME_DEG)
+    flat = points.near_plane[at] & (points.theta_i_deg[at] <= ANGLE_TOLERANCE_DEG)
     odd = {order: np.where(flat, 0.0, np.sin(order * phi)) for order in range(1, _MOST_ORDER + 1)}
     yield np.where(flat, of_o * np.cos(phi), 0.0)
     for order in (1, 2):
