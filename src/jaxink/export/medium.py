@@ -16,7 +16,7 @@ from jaxink.ink import InkLayers
 from jaxink.model import mie_sizes, volume_scattering
 from jaxink.numerics.precision import computing
 from jaxink.optics import Directions, ScatteringLayer
-from jaxink.particles import LegendreSeries, PhaseFunction
+from jaxink.particles import HenyeyGreenstein, LegendreSeries, PhaseFunction, TwoTermHenyeyGreenstein
 from jaxink.solver import SolverConfig, Stack, diffuse_bsdf, hemispherical_power
 
 # Quadrature of the phase function and moments that describe it.
@@ -216,7 +216,6 @@ def short_forms(medium: Medium, wavelength: int) -> list[ShortForm]:
     moments = medium.moments[wavelength]
     order = np.arange(_MOMENTS)
     g = float(np.clip(moments[1], -0.999, 0.999))
-    found: list[tuple[str, dict[str, float], np.ndarray]] = [("henyey_greenstein", {"g": g}, g**order)]
 
     # The mean cosine decides on the totals of a layer, and is kept.
     weights = np.where(order == 1, _KEPT, 1.0)
@@ -226,14 +225,17 @@ def short_forms(medium: Medium, wavelength: int) -> list[ShortForm]:
 
     first, second, share = _two_lobes(moments)
     lobes = {"g_1": first, "g_2": second, "weight_2": share}
-    found.append(("two_term_henyey_greenstein", lobes, (1 - share) * first**order + share * second**order))
-
     node, to_moments = _quadrature()
 
     def kernel(x):
         return gegenbauer(node, *x) @ to_moments
 
     with computing():
+        lobed: list[tuple[str, dict[str, float], PhaseFunction]] = [
+            ("henyey_greenstein", {"g": g}, HenyeyGreenstein(g)),
+            ("two_term_henyey_greenstein", lobes, TwoTermHenyeyGreenstein(first, second, share)),
+        ]
+        found = [(kind, numbers, np.asarray(phase.moments(_MOMENTS))) for kind, numbers, phase in lobed]
         fitted = [
             least_squares(misfit(kernel), (h, a), bounds=([-0.995, 0.05], [0.995, 6.0]))
             for h, a in ((g if abs(g) > 0.05 else 0.05, 0.5), (g / 2 if abs(g) > 0.1 else -0.05, 1.5))
