@@ -1,6 +1,6 @@
 """``jaxink fit``."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,7 +18,7 @@ from jaxink.numerics.failures import Failures
 from jaxink.plots import FIGURE_FOLDER
 
 if TYPE_CHECKING:
-    from jaxink import FitResult, GonioData
+    from jaxink import FitResult, GonioData, JointResult
 
 # Replaced as a whole: otherwise parts of an older result could remain.
 OWNED = (FIGURE_FOLDER, PAGE_FILE)
@@ -123,14 +123,28 @@ def write_result(
     ``inputs`` and ``sample_file`` are for the commands on the page. What fails of the page and its figures is
     said on stderr.
     """
-    with whole_folder(out, owned=OWNED) as folder:
-        result.write_into(folder)
-        files = [out / file.relative_to(folder) for file in folder.rglob("*") if file.is_file()]
-    failures, page = Failures(), list[Path]()
-    with failures.sparing("the page of the fit", ""):
+
+    def write_page(failures: Failures) -> list[Path]:
         from jaxink.report import write_fit_page
 
         sample = "" if sample_file is None else str(sample_file)
-        page = write_fit_page(result, out, formats, inputs, sample, drawn_nm, failures)
+        return write_fit_page(result, out, formats, inputs, sample, drawn_nm, failures)
+
+    return write_with_page(result, out, OWNED, write_page)
+
+
+def write_with_page(
+    result: "FitResult | JointResult",
+    out: Path,
+    owned: Sequence[str],
+    write_page: Callable[[Failures], list[Path]],
+) -> list[Path]:
+    """Write a result, all of its files or none, in place of what it ``owned``; then its page."""
+    with whole_folder(out, owned=owned) as folder:
+        result.write_into(folder)
+        files = [out / file.relative_to(folder) for file in folder.rglob("*") if file.is_file()]
+    failures, pages = Failures(), list[Path]()
+    with failures.sparing("the page of the fit", ""):
+        pages = write_page(failures)
     session.show_failures(failures)
-    return sorted([*files, *page])
+    return sorted([*files, *pages])

@@ -8,12 +8,13 @@ import typer
 
 import jaxink
 from jaxink.cli import session
+from jaxink.cli.fit import write_with_page
 from jaxink.cli.fit_tables import console, show_files, show_lines, show_minima, show_parameters
 from jaxink.cli.session import ExitCode
 from jaxink.errors import InputRefusedError
 from jaxink.files.encoding import json_text
 from jaxink.files.result_folder import JOINT_FILE, MEASUREMENTS, PAGE_FILE, require_not_replaced
-from jaxink.files.writing import require_folder, whole_folder
+from jaxink.files.writing import require_folder
 from jaxink.numerics.failures import Failures
 
 if TYPE_CHECKING:
@@ -61,16 +62,13 @@ def run_joint_fit(
 
 def write_joint_result(result: "JointResult", out: Path, formats: Sequence[str]) -> list[Path]:
     """Write a result, all of its files or none; then its pages. What fails of these is said on stderr."""
-    with whole_folder(out, owned=(MEASUREMENTS, PAGE_FILE)) as folder:
-        result.write_into(folder)
-        files = [out / file.relative_to(folder) for file in folder.rglob("*") if file.is_file()]
-    failures, pages = Failures(), list[Path]()
-    with failures.sparing("the page of the fit", ""):
+
+    def write_page(failures: Failures) -> list[Path]:
         from jaxink.report import write_joint_page
 
-        pages = write_joint_page(result, out, formats, failures)
-    session.show_failures(failures)
-    return sorted([*files, *pages])
+        return write_joint_page(result, out, formats, failures)
+
+    return write_with_page(result, out, (MEASUREMENTS, PAGE_FILE), write_page)
 
 
 def show_joint_result(result: "JointResult", out: Path, files: Sequence[Path]) -> None:
