@@ -9,6 +9,7 @@ from pathlib import Path
 from benchmarks.pages import filled, table, write_page
 from benchmarks.validation.noise.coverage import RESULTS as COVERAGE
 from benchmarks.validation.noise.false_alarms import RESULTS as ALARMS
+from benchmarks.validation.noise.own_reading import RESULTS as OWN_READING
 from benchmarks.validation.noise.unstated import RESULTS as UNSTATED
 from benchmarks.validation.noise.unstated import stated
 from jaxink.data import SIMULATED_TRUTH
@@ -36,6 +37,21 @@ def coverage_table(kept: dict) -> str:
     ]
     header = ["measurement", "reduced chi-square (deviation)", *(f"p < {p}, %" for p in (0.5, 0.05, 0.001))]
     return table([*header, "within one standard error, %", "within two, %"], rows)
+
+
+def own_table(kept: dict) -> str:
+    """Bias of the absorption coefficient by what the noise is relative to."""
+    kinds, rows = ("itself", "neighbours", "truth"), []
+    for level in dict.fromkeys(key.split()[0] for key in kept["found"]):
+        each = [kept["found"][f"{level} {kind}"]["ink.absorption_per_mm"] for kind in kinds]
+        rows.append(
+            [f"{100 * float(level):g} %"]
+            + [
+                f"{100 * one['error']:+.2f}({100 * one['of_error']:.2f}) %, {one['pull']:+.2f}"
+                for one in each
+            ]
+        )
+    return table(["noise", "share of the reading itself", "of its neighbours", "of the truth"], rows)
 
 
 def alarms_table(kept: dict) -> str:
@@ -81,7 +97,8 @@ def is_false(found: dict) -> bool:
 
 def main() -> None:
     """Write the page."""
-    coverage, files, alarms = (json.loads(path.read_text()) for path in (COVERAGE, UNSTATED, ALARMS))
+    results = (json.loads(path.read_text()) for path in (COVERAGE, UNSTATED, ALARMS, OWN_READING))
+    coverage, files, alarms, own = results
     files = {name: found | {"stated": stated(name)} for name, found in files.items()}
     compared = {name: found for name, found in files.items() if found["stated"]}
     alike = sum(told(found["stated"]) == told(found["unstated"]) for found in compared.values())
@@ -90,6 +107,8 @@ def main() -> None:
         draws=round(next(iter(coverage.values()))["draws"]),
         coverage=coverage_table(coverage),
         alarms=alarms_table(alarms),
+        own_draws=own["draws"],
+        own_table=own_table(own),
         files=len(compared),
         alike=alike,
         alike_names=sum(
