@@ -98,7 +98,12 @@ def test_the_plan_is_printed_and_written(run, project_folder, tmp_path):  # noqa
     done = run("plan", tmp_path / "fit", "--target", "ink.absorption_per_mm", "--out", tmp_path / "next.toml")
     assert done.exit_code == 0, done.output
     assert "ink.absorption_per_mm" in done.stdout
-    assert "To be measured" in (tmp_path / "next.toml").read_text()
+    text = (tmp_path / "next.toml").read_text()
+    assert "To be measured" in text
+    # The present measurement is there as it was read; the table of the new one is still empty.
+    (tmp_path / "now.toml").write_text(text[: text.index("# To be measured")])
+    [there] = jaxink.load_project(tmp_path / "now.toml").measurements
+    np.testing.assert_array_equal(there.data.bsdf_per_sr, jaxink.read(data).bsdf_per_sr)
     again = run("plan", tmp_path / "fit", "--out", tmp_path / "next.toml")
     assert again.exit_code == 5
     assert "exists already" in again.stderr

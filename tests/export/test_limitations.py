@@ -185,10 +185,16 @@ def test_bad_options_are_refused(options, named, refused):
         ExportOptions(**options)
 
 
-def test_unknown_format_and_missing_folder_are_refused(tmp_path, refused, refused_table):
+def test_an_unknown_format_is_refused(refused_table):
     refused_table(lambertian(), "merl", "merl", *FORMATS)
-    with refused():
-        write(lambertian(), "csv", tmp_path / "missing")
+
+
+def test_the_folder_is_created_but_replaces_no_file(tmp_path, refused):
+    files = write(lambertian(), "csv", tmp_path / "new" / "folder")
+    assert all(file.parent == tmp_path / "new" / "folder" and file.is_file() for file in files)
+    (tmp_path / "taken").touch()
+    with refused("taken"):
+        write(lambertian(), "csv", tmp_path / "taken")
 
 
 def test_failed_writing_leaves_the_folder_as_it_was(tmp_path, monkeypatch, refused):

@@ -122,6 +122,20 @@ def test_a_sentence_says_that_the_noise_is_estimated(scale, freedom, code, words
     told(verdict.sentence, words)
 
 
+def test_many_parameters_at_a_bound_are_counted():
+    waves = range(430, 730, 20)
+    names = tuple(f"ink.{key}@{w}" for key in ("scattering_per_mm", "absorption_per_mm") for w in waves)
+    few, many = (
+        judge_fit(Outcome.CONVERGED, "chi_square", residual(9.0), PARAMETERS, at_bound=at).sentence
+        for at in (names[:2], (*names, "ink.thickness_um"))
+    )
+    assert "ink.scattering_per_mm@430 and ink.scattering_per_mm@450 ended at a bound" in few
+    assert (
+        "31 parameters (ink.scattering_per_mm at 15 wavelengths, ink.absorption_per_mm at 15 wavelengths, "
+        "ink.thickness_um) ended at a bound" in many
+    )
+
+
 def test_standard_errors_include_the_uncertainty_of_an_estimated_noise():
     errors = Covariance(np.diag([4.0, np.inf]), np.zeros(2, bool))
     assert errors.for_noise_of(np.inf) is errors

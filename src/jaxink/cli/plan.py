@@ -17,6 +17,7 @@ from jaxink.files.encoding import json_text
 from jaxink.files.reading import shown_path
 from jaxink.files.result_folder import SAMPLE_FILE, result_file
 from jaxink.files.writing import require_file, written_whole
+from jaxink.measurement import write_csv
 from jaxink.sample import text_of
 
 if TYPE_CHECKING:
@@ -80,6 +81,10 @@ def _fitted(source: Path, follow: "Progress | None") -> "FitResult | JointResult
     return jaxink.fit(jaxink.load_project(source), progress=follow)
 
 
+# The measurement of the fit that is planned for.
+_PRESENT = "present.csv"
+
+
 def _require_new(out: Path) -> None:
     """Reject a project file that exists, or has another suffix."""
     if out.suffix != ".toml":
@@ -99,7 +104,7 @@ def _write(plan: "MeasurementPlan", result: "FitResult | JointResult", source: P
         # From the folder of the new file, as a project file names its files.
         place = result_file(source).parent / SAMPLE_FILE
         sample = os.path.relpath(place, out.parent)
-        present = {"present": result.data.source or "DATA.csv"}
+        present = {"present": _PRESENT}
     # Elsewhere, the files that the project names would not be found.
     if is_described(source) and source.resolve().parent == out.resolve().parent:
         project = text_of(source, "project")
@@ -110,7 +115,15 @@ def _write(plan: "MeasurementPlan", result: "FitResult | JointResult", source: P
         if path.exists():
             raise InputRefusedError(f"{path}: exists already; move it away, or choose another folder.")
         paths.append((path, text))
+    files = [path for path, _ in paths]
+    if isinstance(result, jaxink.FitResult):
+        # As it was read: the file may need options to be read, and its name is from another folder.
+        table = out.parent / _PRESENT
+        if table.exists():
+            raise InputRefusedError(f"{table}: exists already; move it away, or choose another folder.")
+        write_csv(result.data, table, [f"as read from {result.data.source}"] if result.data.source else [])
+        files.append(table)
     for path, text in paths:
         with written_whole(path) as part:
             part.write_text(text, encoding="utf-8")
-    return [path for path, _ in paths]
+    return files

@@ -167,7 +167,8 @@ def write(
     format
         One of `FORMATS`.
     directory
-        An existing folder; files of the same names are replaced, all of them or none.
+        The folder, which is created if it does not exist; files of the same names are replaced, all of them or
+        none.
     options
         Choices; None for the defaults.
 
@@ -184,13 +185,11 @@ def write(
         If the table is not a BSDF, or the folder cannot be written to.
     """
     require_format(format)
-    if not Path(directory).is_dir():
-        raise InputRefusedError(f"{directory} is not a folder; create it first.")
     return write_folder(table, format, directory, ExportOptions() if options is None else options).files
 
 
 def write_folder(table: InkTable, format: str, directory: str | Path, options: ExportOptions) -> Export:
-    """As `write`, into a folder that is created if it does not exist; also returns the guide to the files."""
+    """As `write`; also returns the guide to the files."""
     chosen = _FORMATS[format]
     table = writable(table)
     _require_bins_fit(chosen, options)

@@ -1,6 +1,7 @@
 """The verdict on a fit: whether its residual is what the stated or estimated noise would leave."""
 
 import dataclasses
+from collections import Counter
 
 import numpy as np
 
@@ -12,6 +13,8 @@ from jaxink.numerics.chi_square import residual_above, residual_below
 
 # Stated standard deviations may include systematic errors; beyond this factor they hide a misfit.
 OVERSTATED_FACTOR = 2.0
+# A sentence names so many parameters one by one.
+_MOST_NAMES = 3
 
 
 class FitVerdictCode(CodeWithMeaning):
@@ -147,6 +150,15 @@ def level_in_doubt(chi_square: float, degrees_of_freedom: int, level: NoiseLevel
     )
 
 
+def _counted(names: tuple[str, ...]) -> str:
+    """Parameters by name; of many, their number and at how many wavelengths each has ended so."""
+    if len(names) <= _MOST_NAMES:
+        return " and ".join(names)
+    counts = Counter(name.partition("@")[0] for name in names)
+    parts = (f"{stem} at {n} wavelengths" if n > 1 else stem for stem, n in counts.items())
+    return f"{len(names)} parameters ({', '.join(parts)})"
+
+
 def _sentence(
     code: FitVerdictCode,
     outcome: Outcome,
@@ -159,7 +171,7 @@ def _sentence(
     if code is FitVerdictCode.NOT_CONVERGED:
         return f"The fit {outcome.value}. Its values and standard errors are not a result."
     if code is FitVerdictCode.MISFIT:
-        where = f" {' and '.join(at_bound)} ended at a bound." if at_bound else ""
+        where = f" {_counted(at_bound)} ended at a bound." if at_bound else ""
         return (
             f"The model does not fit: reduced chi-square {reduced:.4g}, where the {noise} gives about 1."
             f"{where} Standard errors are meaningless, and the fitted values may be far off."
