@@ -8,7 +8,7 @@ import pytest
 import jaxink
 from jaxink.fitting import Mistake, check_input
 from jaxink.fitting.hypotheses import OF_DATA, OF_SIGMA, of_lengths, source_is_scanned
-from jaxink.fitting.input_check import _Check, too_much_power
+from jaxink.fitting.input_check import _Check, far_from_neighbours, too_much_power
 from jaxink.measurement.balance import balances
 from jaxink.measurement.masks import angular_distance_deg
 from jaxink.sample.turning import turned_over
@@ -172,6 +172,23 @@ def test_a_turned_sample_transmits_with_exchanged_angles(coarse):
     # But not with the angles as they are: the media are not matched.
     same = jaxink.predict(turned, jaxink.GonioData(*here, np.ones(1)))
     assert abs(same[0] / forward[0] - 1) > 1e-3
+
+
+def test_a_slip_of_the_pen_is_named_by_its_row(example_result, told):
+    data = example_result.data
+    [point] = np.flatnonzero(
+        data.used & (data.theta_i_deg == 0) & (data.theta_o_deg == 40) & ~data.is_transmission
+    )[:1]
+    values = data.bsdf_per_sr.copy()
+    values[point] *= 1000
+    (mistake,) = far_from_neighbours(data.replace(bsdf_per_sr=values))
+    assert data.place(int(point)) in mistake.statement
+    assert mistake.needs_no_refit
+    told(mistake.statement)
+    assert far_from_neighbours(data) == ()
+    # Many of them are structure.
+    values[data.theta_o_deg % 10 == 0] *= 1000
+    assert far_from_neighbours(data.replace(bsdf_per_sr=values)) == ()
 
 
 def test_mistakes_are_saved_with_the_result(example_result, tmp_path):

@@ -167,7 +167,7 @@ def write(
     format
         One of `FORMATS`.
     directory
-        The folder, which is created if it does not exist; files of the same names are replaced, all of them or
+        The folder, created if it does not exist; files of the same names are replaced, all of them or
         none.
     options
         Choices; None for the defaults.

@@ -7,7 +7,7 @@ from typing import overload
 from jaxink.effects import settled
 from jaxink.errors import InputRefusedError, require_kind
 from jaxink.fitting.assembly import assemble
-from jaxink.fitting.inputs import prepare_data, read_inputs
+from jaxink.fitting.inputs import prepare_data, read_inputs, require_sample
 from jaxink.fitting.joint_fit import fit_project
 from jaxink.fitting.joint_result import JointResult
 from jaxink.fitting.multistart import minimise
@@ -71,12 +71,7 @@ def fit(
         release_programs()
         with computing():
             return fit_project(data, options, progress)
-    if sample is None:
-        raise InputRefusedError(
-            "sample is None; give a sample or its file, or a project (jaxink.load_project) instead of the "
-            "measurement."
-        )
-    data, sample = read_inputs(data, sample)
+    data, sample = read_inputs(data, require_sample(sample))
     data = prepare_data(data, sample)
     release_programs()
     with computing():

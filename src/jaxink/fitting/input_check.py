@@ -29,7 +29,15 @@ from jaxink.fitting.pigment_hypotheses import of_pigments
 from jaxink.fitting.result import FitResult
 from jaxink.fitting.sweep import sweep
 from jaxink.fitting.verdict import FitVerdictCode, exceeds_noise
-from jaxink.measurement import SIGMA_TOLERANCE, USER, FitNoise, GonioData, balances, noise_of
+from jaxink.measurement import (
+    SIGMA_TOLERANCE,
+    USER,
+    FitNoise,
+    GonioData,
+    balances,
+    noise_of,
+    out_of_line,
+)
 from jaxink.model import ForwardModel
 from jaxink.numerics.failures import Failures
 from jaxink.numerics.precision import computing
@@ -37,6 +45,8 @@ from jaxink.numerics.progress import Progress, log_progress
 from jaxink.sample import Sample
 from jaxink.solver import SolverConfig, layer_method
 
+# More readings that are far from their neighbours are no slips.
+_MOST_SLIPS = 5
 # A share beyond this is more than errors of calibration and of the integration explain.
 _MOST_POWER = 1.05
 # A mistake is named if no more than this share of the excess of reduced chi-square over 1 is left, and the
@@ -76,7 +86,7 @@ def check_input(
     failures
         Takes note of hypotheses whose refit fails; None: the notes of the result name them.
     """
-    mistakes = too_much_power(result.data, result.sample)
+    mistakes = far_from_neighbours(result.data) or too_much_power(result.data, result.sample)
     failed = Failures() if failures is None else failures
     if is_doubtful(result):
         with computing():
@@ -99,6 +109,27 @@ def is_doubtful(result: FitResult) -> bool:
     if verdict.code is FitVerdictCode.NOT_CONVERGED:
         return verdict.reduced_chi_square > SIGMA_TOLERANCE**2
     return verdict.code is not FitVerdictCode.NOT_JUDGED
+
+
+def far_from_neighbours(data: GonioData) -> tuple[Mistake, ...]:
+    """The mistake that needs no refit: single readings that are ten times their neighbours, or a tenth."""
+    found = out_of_line(data)
+    if not 0 < len(found) <= _MOST_SLIPS:
+        return ()
+    first = found[0]
+    value, place = data.bsdf_per_sr[first.point], data.place(first.point)
+    more = f" ({len(found)} readings are so far off)" if len(found) > 1 else ""
+    return (
+        Mistake(
+            "reading_out_of_line",
+            f"A reading is far from its neighbours: {place} has {value:.4g} /sr, where two readings on "
+            f"each side say {first.expected_per_sr:.3g} /sr{more}",
+            "correct the reading, or remove its row",
+            None,
+            None,
+            is_named=True,
+        ),
+    )
 
 
 def too_much_power(data: GonioData, sample: Sample) -> tuple[Mistake, ...]:
