@@ -108,6 +108,21 @@ def test_sheets_and_thin_volumes_light_the_same_guide(ink, view):
     assert error < 0.05 * one
 
 
+def test_many_paths_are_traced_in_parts_of_equal_weight_per_path(ink, monkeypatch):
+    numbers, guide = [], Guide()
+    bins = guide.rows * BINS * guide.columns * BINS
+
+    def traced(_guide, _dots, _view, n, _random):
+        numbers.append(n)
+        return np.full((1, 1, 1), float(n))
+
+    monkeypatch.setattr("jaxink.render.guide_paths._traced", traced)
+    monkeypatch.setattr("jaxink.render.guide_paths._MOST_PATHS", 5 * bins)
+    mean = guide_batch(guide, SheetDots(SheetSampler(ink.table)), NORMAL, 12, np.random.default_rng(1))
+    assert numbers == [5, 5, 2]
+    assert mean == pytest.approx((5 * 5 + 5 * 5 + 2 * 2) / 12)
+
+
 def test_without_dots_that_scatter_nothing_is_seen(ink):
     """Light from the edge is totally reflected by the faces of the plate."""
     black = dataclasses.replace(

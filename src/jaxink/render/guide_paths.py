@@ -12,6 +12,8 @@ from jaxink.render.smooth_faces import fresnel
 NORMAL, HEMISPHERE = "normal", "hemisphere"
 # Bins of the picture along the side of a cell.
 BINS = 6
+# So many are traced at once, which takes about 2 GB.
+_MOST_PATHS = 4_000_000
 
 
 class _Paths(NamedTuple):
@@ -51,6 +53,18 @@ def guide_batch(
     divided, and a path follows one of the parts, so a path that reaches the lamp counts with the weights of
     the dots alone.
     """
+    n_bins = guide.rows * BINS * guide.columns * BINS
+    most = max(1, _MOST_PATHS // n_bins)
+    whole, rest = divmod(paths_per_bin, most)
+    numbers = [most] * whole + [rest] * (rest > 0)
+    found = [n * _traced(guide, dots, view, n, random) for n in numbers]
+    return np.sum(found, axis=0) / paths_per_bin
+
+
+def _traced(
+    guide: Guide, dots: Dots, view: str, paths_per_bin: int, random: np.random.Generator
+) -> Float[np.ndarray, "rows columns wavelengths"]:
+    """As `guide_batch`, of all paths at once."""
     shape = guide.rows * BINS, guide.columns * BINS
     side = guide.pitch_mm / BINS
     bins = np.tile(np.arange(shape[0] * shape[1]), paths_per_bin)
