@@ -40,7 +40,10 @@ def test_finished_batches_are_not_made_again(tmp_path):
 
 
 def test_batches_of_another_rendering_are_refused(tmp_path, refused):
-    Kept(tmp_path, {"seed": 1})
+    Kept(tmp_path, {"seed": 0})
+    # Nothing was made.
+    kept = Kept(tmp_path, {"seed": 1})
+    kept.batch("one", lambda: np.zeros(1))
     Kept(tmp_path, {"seed": 1})
     with refused("--out"):
         Kept(tmp_path, {"seed": 2})

@@ -49,7 +49,8 @@ class Kept:
         self._folder = out / FOLDER
         file = self._folder / PLAN
         text = json.dumps(plan, indent=1, sort_keys=True) + "\n"
-        if file.exists():
+        # A rendering that was stopped before its first batch has left nothing to be mixed with.
+        if any(self._folder.glob("*.npy")) and file.exists():
             if file.read_text(encoding="utf-8") != text:
                 raise InputRefusedError(
                     f"{shown_path(self._folder)}: contains batches of another rendering (other ink, scene, "
