@@ -234,7 +234,8 @@ def show(data: jaxink.GonioData, sample: jaxink.Sample, draft: Draft, assumed: l
     elif n_held > 1:
         some = [f"{kept[k]:g}" for k in sorted({0, n_held // 2, n_held - 1})]
         fewer = f"; fewer are faster: --wavelengths {','.join(some)}" if len(some) < n_held else ""
-        lines.append(f"All {n_held} wavelengths are fitted, {_coefficients(draft)}{fewer}")
+        every = "Both" if n_held == 2 else f"All {n_held}"
+        lines.append(f"{every} wavelengths are fitted, {_coefficients(draft)}{fewer}")
     if assumed:
         values = " ".join(f"--{name.replace('_', '-')} {getattr(draft, name)}" for name in assumed)
         lines.append(

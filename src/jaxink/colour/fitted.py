@@ -57,7 +57,7 @@ class FittedColours(Presented):
         tables = [CardTable(HEADS, rows, (0, len(HEADS) - 1))]
         if self.at_points is not None:
             tables += self.at_points.card().tables
-        title = f"Colours of the fitted ink, {self.arrangement.words or 'as it was measured'}"
+        title = f"Colours of the ink, {self.arrangement.words or 'as it was measured'}"
         return Card(title, [self.colours[0].viewing.sentence], tables, [f"{self.errors}."])
 
 
