@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from jaxink.fitting import FitResult
 
-_PANEL, _BETWEEN, _LEFT, _RIGHT, _TOP, _BOTTOM = 1.75, 0.12, 1.0, 0.25, 0.5, 0.9
+_PANEL, _BETWEEN, _LEFT, _RIGHT, _TOP, _BOTTOM = 1.75, 0.12, 1.15, 0.25, 0.5, 1.15
 # Half-width of an axis in standard errors.
 _SPAN = 3.5
 _BINS = 40
@@ -75,7 +75,11 @@ def corner_figure(
     with blank_figure(max(_LEFT + side + _RIGHT, 4.5), _TOP + side + _BOTTOM) as page:
         page.write_title(headed(result, "fitted parameters"))
         units = [result[name].unit for name in chosen]
-        labels = [f"{n} [{u}]" if u else n for n, u in zip(chosen, units, strict=True)]
+        # In lines, as wide as a panel.
+        lines = (
+            [*name.split(".", 1), f"[{unit}]" * bool(unit)] for name, unit in zip(chosen, units, strict=True)
+        )
+        labels = ["\n".join(filter(None, parts)) for parts in lines]
         marked = np.array([(truth or {}).get(name, np.nan) for name in chosen])
         _draw_panels(page, labels, centre, matrix, drawn, marked)
     return page
