@@ -81,10 +81,6 @@ def _fitted(source: Path, follow: "Progress | None") -> "FitResult | JointResult
     return jaxink.fit(jaxink.load_project(source), progress=follow)
 
 
-# The measurement of the fit that is planned for.
-_PRESENT = "present.csv"
-
-
 def _require_new(out: Path) -> None:
     """Reject a project file that exists, or has another suffix."""
     if out.suffix != ".toml":
@@ -99,31 +95,26 @@ def _write(plan: "MeasurementPlan", result: "FitResult | JointResult", source: P
     from jaxink.planning import next_project
 
     candidate = plan.candidates[plan.best.name]
-    present, sample, project = dict[str, str](), "", ""
+    present, measured = dict[str, str](), dict[Path, jaxink.GonioData]()
+    sample, project = "", ""
     if isinstance(result, jaxink.FitResult):
         # From the folder of the new file, as a project file names its files.
         place = result_file(source).parent / SAMPLE_FILE
         sample = os.path.relpath(place, out.parent)
-        present = {"present": _PRESENT}
+        # As it was read: the file may need options to be read, and its name is from another folder.
+        present = {"present": "present.csv"}
+        measured = {out.parent / "present.csv": result.data}
     # Elsewhere, the files that the project names would not be found.
     if is_described(source) and source.resolve().parent == out.resolve().parent:
         project = text_of(source, "project")
     texts = next_project(candidate, present, sample, project)
-    paths = []
-    for name, text in texts.items():
-        path = out if name == "next.toml" else out.parent / name
+    files = {out if name == "next.toml" else out.parent / name: text for name, text in texts.items()}
+    for path in (*files, *measured):
         if path.exists():
             raise InputRefusedError(f"{path}: exists already; move it away, or choose another folder.")
-        paths.append((path, text))
-    files = [path for path, _ in paths]
-    if isinstance(result, jaxink.FitResult):
-        # As it was read: the file may need options to be read, and its name is from another folder.
-        table = out.parent / _PRESENT
-        if table.exists():
-            raise InputRefusedError(f"{table}: exists already; move it away, or choose another folder.")
-        write_csv(result.data, table, [f"as read from {result.data.source}"] if result.data.source else [])
-        files.append(table)
-    for path, text in paths:
+    for path, data in measured.items():
+        write_csv(data, path, [f"as read from {data.source}"] if data.source else [])
+    for path, text in files.items():
         with written_whole(path) as part:
             part.write_text(text, encoding="utf-8")
-    return files
+    return [*files, *measured]

@@ -42,7 +42,8 @@ def values_of_neighbours(
     Correlation of a weight with its reading: Peelle's puzzle (Frühwirth, Neudecker, Leeb 2012 EPJ Web Conf.
     27, 00008).
     """
-    magnitude, found = np.abs(data.bsdf_per_sr), np.abs(data.bsdf_per_sr)
+    magnitude = np.abs(data.bsdf_per_sr)
+    found = magnitude.copy()
     sigma = np.zeros(magnitude.size)
     sigma[data.used] = relative_sigma
     for scan in np.unique(data.scan_index[data.used]).tolist():

@@ -13,6 +13,7 @@ from jaxink.diagnosis.statistics.points import Points
 from jaxink.diagnosis.statistics.tangent_cone import TangentCone
 from jaxink.diagnosis.statistics.variance_analysis import (
     DISTANCE_EDGES,
+    TARGETS,
     Factor,
     band_words,
     divisions_of,
@@ -156,9 +157,7 @@ class _Words:
         band = (labels >= run.start) & (labels < run.stop)
         if np.array_equal(band, region):
             return whole
-        target = {"forward": f"the {forward} direction", "retro": "the source", "horizon": "the horizon"}[
-            name
-        ]
+        target = f"the {forward} direction" if name == "forward" else TARGETS[name]
         edges = DISTANCE_EDGES[name]
         return _Band(band, sign, f" {band_words(edges[run.start], edges[run.stop], edges[-1])} {target}")
 

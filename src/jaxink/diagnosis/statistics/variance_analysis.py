@@ -18,7 +18,7 @@ DISTANCE_EDGES = {
     "retro": (0.0, 5.0, 15.0, 30.0, 60.0, 180.0),
     "horizon": (0.0, 10.0, 20.0, 40.0, 90.0),
 }
-_TARGETS = {"forward": "the forward direction", "retro": "the source", "horizon": "the horizon"}
+TARGETS = {"forward": "the forward direction", "retro": "the source", "horizon": "the horizon"}
 # Tolerance at the edges of a band, because goniometers often measure at exactly these angles.
 _ROUNDING_DEG = 1e-6
 # Of the order of the rows, as nothing else is known of the time.
@@ -90,7 +90,7 @@ def divisions_of(points: Points) -> dict[str, Division]:
     divisions["time"] = Division(rank * len(_TIMES) // len(points), _TIMES)
     for name, edges in DISTANCE_EDGES.items():
         bands = [band_words(low, high, edges[-1]) for low, high in zip(edges, edges[1:], strict=False)]
-        divisions[name] = Division(_bands(points, name), tuple(f"{band} {_TARGETS[name]}" for band in bands))
+        divisions[name] = Division(_bands(points, name), tuple(f"{band} {TARGETS[name]}" for band in bands))
     return divisions
 
 
