@@ -139,8 +139,8 @@ def judge(evidence: Evidence, policy: SearchPolicy = DEFAULT_POLICY) -> Verdict:
     if broken:
         # Pairs are compared as they were read: what was found of the instrument may be why they differ.
         corrected = any(step.form.group == "instrument" for step in evidence.steps)
-        subject = "Before this correction, the data" if corrected else "The data"
-        sentence += f" {subject} are inconsistent: {'; '.join(broken)}."
+        said = "Before this correction, the data were" if corrected else "The data are"
+        sentence += f" {said} inconsistent: {'; '.join(broken)}."
     return dataclasses.replace(verdict, sentence=sentence)
 
 
