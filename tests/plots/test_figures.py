@@ -271,7 +271,7 @@ def test_corner_holds_the_covariance(example_result):
     np.testing.assert_allclose(np.ptp(outer, axis=0), 4 * errors[:2], rtol=1e-3)
     centre = [example_result[name].value for name in found.names[:2]]
     np.testing.assert_allclose((outer.max(axis=0) + outer.min(axis=0)) / 2, centre, rtol=1e-6)
-    assert axes.get_ylabel() == "ink.absorption_per_mm [1/mm]"
+    assert axes.get_ylabel() == "ink\nabsorption_per_mm\n[1/mm]"
 
 
 def test_corner_of_samples_draws_them(example_result, refused):

@@ -36,7 +36,7 @@ from jaxink.measurement import (
     GonioData,
     balances,
     noise_of,
-    out_of_line,
+    readings_out_of_line,
 )
 from jaxink.model import ForwardModel
 from jaxink.numerics.failures import Failures
@@ -113,7 +113,7 @@ def is_doubtful(result: FitResult) -> bool:
 
 def far_from_neighbours(data: GonioData) -> tuple[Mistake, ...]:
     """The mistake that needs no refit: single readings that are ten times their neighbours, or a tenth."""
-    found = out_of_line(data)
+    found = readings_out_of_line(data)
     if not 0 < len(found) <= _MOST_SLIPS:
         return ()
     first = found[0]

@@ -16,7 +16,7 @@ from jaxink.measurement.masks import (
 from jaxink.measurement.noise import MINIMUM_PAIRS, estimate_noise, symmetry_repeatability
 from jaxink.measurement.noise_model import NoiseEstimate, NoiseLevel, NoiseModel, NoiseSource, ScanScatter
 from jaxink.measurement.one_sample import refuse_other_samples
-from jaxink.measurement.out_of_line import out_of_line
+from jaxink.measurement.out_of_line import readings_out_of_line
 from jaxink.measurement.pairs import (
     ANGLE_TOLERANCE_DEG,
     angle_labels,
@@ -88,7 +88,7 @@ __all__ = [
     "mask_sentences",
     "noise_of",
     "option_words",
-    "out_of_line",
+    "readings_out_of_line",
     "overrides_of_files",
     "read",
     "read_conditions",

@@ -33,7 +33,7 @@ class OutOfLine(NamedTuple):
     expected_per_sr: float
 
 
-def out_of_line(data: GonioData) -> tuple[OutOfLine, ...]:
+def readings_out_of_line(data: GonioData) -> tuple[OutOfLine, ...]:
     """Used readings that are far from what two neighbours on each side say, the farthest first."""
     found = []
     regular = angular_distance_deg(data.theta_o_deg, data.phi_deg, data.theta_i_deg, 180.0)
