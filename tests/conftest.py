@@ -48,6 +48,9 @@ IN_64_BITS = (
     ),
 )
 
+# A quarter of what Linux allows a process; as many take some 2 GiB.
+MOST_MAPPINGS = 16_000
+
 SHARED = Path(os.environ.get("JAXINK_DATA") or TESTS.parents[1] / "shared" / "data")
 
 
@@ -87,12 +90,12 @@ def shared_data():
 
 
 @pytest.fixture(scope="module", autouse=True)
-def forget_compiled_programs():
-    """Each compiled program holds mappings of memory, of which a process may have 65530 on Linux."""
+def memory_for_programs():
+    """Each program that tests compile themselves is kept by JAX, and a process may not have too many."""
     yield
-    import jax
+    from jaxink.numerics.precision import release_programs
 
-    jax.clear_caches()
+    release_programs(most_mappings=MOST_MAPPINGS)
 
 
 @pytest.fixture(scope="session")

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 from jaxtyping import Float
-from scipy.optimize import brentq
 
 from jaxink.colour.arrangement import BACKING, Arrangement, thickness_name, with_card
 from jaxink.colour.coordinates import Colour
@@ -98,6 +97,8 @@ class Drawdown(Presented):
                 f"thicknesses of the drawdown, {low:g} to {high:g} um, over which it goes from "
                 f"{values[0]:.4g} to {values[-1]:.4g}; choose others."
             )
+        from scipy.optimize import brentq
+
         ends = np.log(self.thickness_um[reached[0] - 1 : reached[0] + 1])
         return float(np.exp(brentq(excess, *ends, xtol=_TOLERANCE)))
 

@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float
-from scipy.interpolate import make_interp_spline
 
 from jaxink.colour.cie import VISIBLE_NM, illuminant_spectrum, matching_functions
 from jaxink.display.brief import brief_repr
@@ -125,6 +124,9 @@ class Viewing:
                 f"the {observer_deg}-degree observer has no blue from {known[0]:g} to {known[-1]:g} nm, so "
                 "CIELAB does not exist there; give shorter wavelengths or another observer."
             )
+        # Not before: most fits have no colour, and it brings a quarter of a second of other modules.
+        from scipy.interpolate import make_interp_spline
+
         degree = 3 if len(known) >= _CUBIC else 1
         spline = make_interp_spline(known, np.eye(len(known)), k=degree)(grid)
         weights = np.zeros((3, len(wavelength_nm)))

@@ -32,23 +32,41 @@ class CardTable:
     title: str = ""
 
     def lines(self) -> list[str]:
-        """Aligned columns below their heads; columns without any entry are left out."""
+        """Aligned columns below their heads; columns without any entry are left out.
+
+        What is wider than a page goes on below, with the first column again.
+        """
         shown = [i for i in range(len(self.heads)) if any(row[i] for row in self.rows)]
-        cells = [[row[i] for i in shown] for row in (self.heads, *self.rows)]
-        widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
-        aligned = []
-        for row in cells:
-            parts = (
-                cell.ljust(width) if i in self.text_columns else cell.rjust(width)
-                for i, cell, width in zip(shown, row, widths, strict=True)
-            )
-            aligned.append(_GAP.join(parts).rstrip())
-        return [*([self.title] if self.title else []), *aligned]
+        columns = [self._aligned(i) for i in shown]
+        lines = [self.title] if self.title else []
+        for number, part in enumerate(_parts([len(column[0]) for column in columns])):
+            lines += [""] if number else []
+            lines += (_GAP.join(row).rstrip() for row in zip(*(columns[i] for i in part), strict=True))
+        return lines
+
+    def _aligned(self, column: int) -> list[str]:
+        """Cells of a column and its head, padded to the widest."""
+        cells = [row[column] for row in (self.heads, *self.rows)]
+        width = max(map(len, cells))
+        return [cell.ljust(width) if column in self.text_columns else cell.rjust(width) for cell in cells]
 
     def html(self) -> str:
         """The table with its title."""
         title = f"<p><b>{escape(self.title)}</b></p>\n" if self.title else ""
         return title + html.table(self.heads, self.rows, self.text_columns)
+
+
+def _parts(widths: Sequence[int]) -> list[list[int]]:
+    """Positions of columns that fit on a line, each time with the first one."""
+    parts, used = [[0]], widths[0]
+    for column in range(1, len(widths)):
+        wider = used + len(_GAP) + widths[column]
+        if wider > LINE_WIDTH and len(parts[-1]) > 1:
+            parts.append([0])
+            wider = widths[0] + len(_GAP) + widths[column]
+        parts[-1].append(column)
+        used = wider
+    return parts
 
 
 @dataclasses.dataclass(frozen=True)

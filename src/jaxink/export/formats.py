@@ -234,7 +234,8 @@ def _refuse_losses(found: Sequence[Loss], chosen: Format, options: ExportOptions
 def _require_bins_fit(chosen: Format, options: ExportOptions) -> None:
     if options.regular_bin_deg is not None and "regular" not in chosen.lost:
         raise InputRefusedError(
-            f"{chosen.title} stores the regular part separately; leave out regular_bin_deg."
+            f"{chosen.title} stores the regular part separately; leave out regular_bin_deg "
+            "(--regular-bin-deg)."
         )
 
 

@@ -210,7 +210,9 @@ class ExportOptions:
     def __post_init__(self):
         for name in self.drop:
             if name not in LOSSES:
-                raise InputRefusedError(f"drop contains {name!r}; it may contain {', '.join(LOSSES)}.")
+                raise InputRefusedError(
+                    f"drop (--allow-loss) contains {name!r}; it may contain {', '.join(LOSSES)}."
+                )
         require_one_of("basis", self.basis, ("klems", "tensor_tree"))
         if not self.name or any(sign in self.name for sign in '/\\:*?"<>| \t\n'):
             raise InputRefusedError(
@@ -220,7 +222,8 @@ class ExportOptions:
         width = self.regular_bin_deg
         if width is not None and not 0 < width <= WIDEST_BIN_DEG:
             raise InputRefusedError(
-                f"regular_bin_deg is {width:g}; it must be between 0 and {WIDEST_BIN_DEG} degrees."
+                f"regular_bin_deg (--regular-bin-deg) is {width:g}; it must be between 0 and "
+                f"{WIDEST_BIN_DEG} degrees."
             )
         if not 0 <= self.interpolation_error <= _LARGEST_ERROR:
             raise InputRefusedError(

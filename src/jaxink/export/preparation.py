@@ -65,8 +65,8 @@ def regular_in_bins(table: InkTable, width_deg: float) -> InkTable:
     step = max(np.diff(table.theta_deg).max(), np.diff(table.phi_deg).max())
     if width_deg < step:
         raise InputRefusedError(
-            f"regular_bin_deg is {width_deg:g}, but the angular steps of the ink table are up to {step:.3g} "
-            "degrees; choose a width of at least that, or a finer table."
+            f"regular_bin_deg (--regular-bin-deg) is {width_deg:g}, but the angular steps of the ink "
+            f"table are up to {step:.3g} degrees; choose a width of at least that, or a finer table."
         )
     theta, phi = np.deg2rad(table.theta_deg)[:, None], np.deg2rad(table.phi_deg)
     weights = projected_weights(table.theta_deg)[:, None] * azimuth_weights(table.phi_deg)

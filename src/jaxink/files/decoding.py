@@ -6,6 +6,7 @@ import math
 import types
 from collections.abc import Callable, Mapping
 from functools import cache
+from pathlib import Path
 from typing import Any, Union, get_args, get_origin, get_type_hints, is_typeddict
 
 from jaxink.errors import InputRefusedError
@@ -36,13 +37,15 @@ class Rules:
 
 def read_json(path, limit_bytes: int, what: str) -> Any:
     """Plain data of a JSON file; parameters and errors as for `open_bounded` and `json_of`."""
-    name = shown_path(path)
+    refusal = f"{shown_path(path)}: is not a jaxink {what}"
+    if Path(path).suffix.lower() != ".json":
+        refusal += ", which is a .json file, or the folder that contains it"
     content = read_bounded(path, limit_bytes, what)
     try:
         text = content.decode("utf-8")
     except UnicodeDecodeError:
-        raise InputRefusedError(f"{name}: is not a jaxink {what}; it is not UTF-8 text.") from None
-    return json_of(text, f"{name}: is not a jaxink {what}")
+        raise InputRefusedError(f"{refusal}; this is not UTF-8 text.") from None
+    return json_of(text, refusal)
 
 
 def json_of(text: str, refusal: str) -> Any:
@@ -51,6 +54,8 @@ def json_of(text: str, refusal: str) -> Any:
         return json.loads(text, parse_constant=_no_number, parse_int=_integer)
     except RecursionError:
         problem = "tables or lists are nested too deeply"
+    except json.JSONDecodeError as found:
+        problem = "this is not JSON" if found.pos == 0 else str(found)
     except ValueError as found:
         problem = str(found)
     raise InputRefusedError(f"{refusal} ({problem}).")

@@ -399,7 +399,8 @@ def hidden(changes: list[HiddenChange] | str) -> Section | None:
     text = (
         "None of these was found. Each may be present up to its detection limit, or its usual strength if "
         "that is less: the parameters would then be fitted with a shift that the data do not show, and with "
-        "them the BSDF back into the plate."
+        "them the BSDF back into the plate. These limits are linear ones, of the model with what was found; "
+        "those in the table of the effects tested are verified by refits if none was found."
     )
     return section(title, paragraph(text), table(heads, rows, (0,)))
 

@@ -10,7 +10,6 @@ from typing import NamedTuple, overload
 
 import numpy as np
 from jaxtyping import Float
-from scipy.optimize import brentq
 from scipy.sparse.csgraph import minimum_spanning_tree
 from scipy.special import ndtr, ndtri, owens_t
 
@@ -122,6 +121,8 @@ class NullLaw:
             return float(np.sqrt(self.draws[-count]))
         if p >= at_junction:
             return 0.0
+        from scipy.optimize import brentq
+
         low = np.sqrt(junction)
         return float(
             brentq(lambda c: factor * maximum_tail(c, self.links, self.sign) - p, low, low + 40, xtol=1e-10)
