@@ -11,6 +11,7 @@ file that `jaxink init` writes from the measurement alone.
 """
 
 import argparse
+import compileall
 import json
 import os
 import subprocess
@@ -130,6 +131,9 @@ def main() -> None:
     asked = parser.parse_args()
     kept = json.loads(KEPT.read_text()) if KEPT.exists() else {}
     versions = {"before": asked.before} if asked.before else {}
+    for checkout in (*versions.values(), HERE):
+        # As pip does where it installs; Python may be told not to.
+        compileall.compile_dir(checkout / "src", quiet=1)
     for task in asked.tasks or TASKS:
         for _ in range(asked.runs):
             for version, checkout in (versions | {"now": HERE}).items():
