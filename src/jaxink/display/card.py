@@ -58,6 +58,8 @@ class CardTable:
 
 def _parts(widths: Sequence[int]) -> list[list[int]]:
     """Positions of columns that fit on a line, each time with the first one."""
+    if not widths:
+        return []
     parts, used = [[0]], widths[0]
     for column in range(1, len(widths)):
         wider = used + len(_GAP) + widths[column]
