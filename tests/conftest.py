@@ -11,6 +11,8 @@ FLAGS = ["--xla_backend_optimization_level=0"]
 # Another XLA may not know it, and ends the process.
 if version("jaxlib").startswith("0.9."):
     FLAGS.append("--xla_cpu_use_fusion_emitters=false")
+    # A program in parts is compiled by several cores at once, at a fifth more processor time in all.
+    FLAGS.append("--xla_cpu_parallel_codegen_split_count=1")
 os.environ.setdefault("XLA_FLAGS", " ".join(FLAGS))
 # The solver's matrices are small: on a busy machine OpenBLAS's threads wait for each other, up to twenty
 # times as long as the solve takes. Fits and predictions limit them; here tests call the solver themselves.

@@ -87,8 +87,6 @@ def test_an_opaque_ink(refused):
         draft_text(measurement(), Draft(ink_um="opaque"))
     with refused("ink_um", "ink,plate"):
         Draft(ink_um="opaque", order="ink,plate")
-    with refused("plate_mm", "-3"):
-        Draft(plate_mm=-3.0)
 
 
 def test_noise_is_that_of_the_file_of_pairs_or_a_guess():

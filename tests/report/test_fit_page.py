@@ -9,6 +9,7 @@ import pytest
 
 import jaxink
 from jaxink.cli.fit_tables import console, show_mistakes, worst_scans
+from jaxink.data import simulated_example
 from jaxink.fitting.mistake import Mistake
 from jaxink.fitting.outcome import Outcome
 from jaxink.numerics.digits import with_uncertainty
@@ -106,6 +107,16 @@ def test_a_misfit_says_so_and_what_to_do(misfit, tmp_path):
     named = Mistake("swapped", "The sides read as if swapped", "swap them", 1.0, 9.0, is_named=True)
     wrong = dataclasses.replace(misfit, mistakes=(named,))
     assert [step.command.split()[1] for step in fit_next_steps(wrong, tmp_path, ["R.csv"])] == ["fit"]
+
+
+def test_points_that_were_left_out_are_listed_with_their_reasons(coarse, example_result):
+    assert "Masked points" not in Page(fit_page(example_result, {})).words
+    files, sample = simulated_example()
+    data = jaxink.read(files)
+    off = data.theta_o_deg > 80
+    result = jaxink.fit(data.with_masks(user=off), sample, jaxink.FitOptions(config=coarse))
+    words = Page(fit_page(result, {})).words
+    assert f"{off.sum()} of {len(data)} points are masked as user" in words
 
 
 def test_a_search_that_a_limit_ended_goes_on(example_result, tmp_path):

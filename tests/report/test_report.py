@@ -206,11 +206,10 @@ def _figures(found):
 
 
 def test_masked_points_are_listed_with_their_reasons(found):
-    assert sections.masked(found) is None
     data = found.declared.data
+    assert sections.masked(data) is None
     off = data.theta_o_deg > 80
-    declared = dataclasses.replace(found.declared, data=data.with_masks(user=off))
-    shown = sections.masked(dataclasses.replace(found, declared=declared))
+    shown = sections.masked(data.with_masks(user=off))
     assert shown.title == "Masked points"
     assert f"{off.sum()} of {len(data)} points are masked as user" in shown.content
 

@@ -32,7 +32,7 @@ from jaxink.plots import (
 )
 from jaxink.report import html
 from jaxink.report.layer_sketch import layer_sketch
-from jaxink.report.sections import measured_words, missing_parts
+from jaxink.report.sections import masked, measured_words, missing_parts
 from jaxink.report.suggestions import NextStep
 
 if TYPE_CHECKING:
@@ -142,6 +142,9 @@ def _details(result: "FitResult", drawn: Mapping[str, bytes]) -> Iterator[html.S
         words = wavelength_words(result.data)
         shown = (html.figure(png, _caption(result, name)) for name, png in figures.items())
         yield html.section("Scans", paragraph(words) if words else "", *shown)
+    left_out = masked(result.data)
+    if left_out is not None:
+        yield left_out
     colours = colours_if_any(result.data, result.predicted_per_sr)
     if colours is not None:
         yield colour_section(colours)

@@ -31,6 +31,7 @@ from jaxink.report.ink_table import inside_sentences
 if TYPE_CHECKING:
     from jaxink.diagnosis import CandidateRow, Diagnosis, Figures
     from jaxink.fitting import Deviation, FitResult
+    from jaxink.measurement import GonioData
 
 T = TypeVar("T")
 _UNCONSTRAINED = "The data do not constrain these effects:"
@@ -405,9 +406,9 @@ def hidden(changes: list[HiddenChange] | str) -> Section | None:
     return section(title, paragraph(text), table(heads, rows, (0,)))
 
 
-def masked(diagnosis: "Diagnosis") -> Section | None:
+def masked(data: "GonioData") -> Section | None:
     """Points that were left out, with the reasons."""
-    mask = diagnosis.declared.data.mask
+    mask = data.mask
     return section("Masked points", bullets(mask_sentences(mask))) if mask.any() else None
 
 

@@ -187,7 +187,7 @@ def _page(diagnosis, change, hidden, embedded, todo, failures) -> str:
         shape(diagnosis),
         sections.inside(diagnosis, change, *drawn("inside").values()),
         sections.candidates(diagnosis, *drawn("candidates").values()),
-        sections.masked(diagnosis),
+        sections.masked(diagnosis.declared.data),
         sections.origin(diagnosis),
     )
     top = [

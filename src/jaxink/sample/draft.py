@@ -22,7 +22,6 @@ ASYMMETRIES = ("one", "each")
 _OF_ASYMMETRY = {"one": "One for all wavelengths", "each": "Each wavelength has its own"}
 _START_ASYMMETRY = 0.6
 _GUESSED_NOISE = 0.02
-_POSITIVE = "plate_index", "plate_mm", "ink_index", "particle_index", "radius_nm"
 # Range of the optical thickness of an ink, and its largest absorption.
 _OPTICAL_THICKNESS, _ABSORBED = (0.01, 300.0), 5.0
 
@@ -72,10 +71,6 @@ class Draft:
         require_one_of("order", self.order, ORDERS)
         require_one_of("phase_function", self.phase_function, DRAFTED_PHASE_FUNCTIONS)
         require_one_of("asymmetry", self.asymmetry, ASYMMETRIES)
-        for name in _POSITIVE:
-            value = getattr(self, name)
-            if not 0 < value < math.inf:
-                raise InputRefusedError(f"{name} is {value:g}; it must be greater than 0.")
         if self.ink_um != OPAQUE and not (
             isinstance(self.ink_um, int | float) and 0 < self.ink_um < math.inf
         ):
