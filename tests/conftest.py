@@ -50,8 +50,8 @@ IN_64_BITS = (
     ),
 )
 
-# A quarter of what Linux allows a process; as many take some 2 GiB.
-MOST_MAPPINGS = 16_000
+# Of 65,530 that Linux allows a process; twice as many take over 3 GiB in each process.
+MOST_MAPPINGS = 8_000
 
 SHARED = Path(os.environ.get("JAXINK_DATA") or TESTS.parents[1] / "shared" / "data")
 
