@@ -80,7 +80,8 @@ def main() -> None:
         work(asked.kind, asked.number)
         return
     kept = json.loads(KEPT.read_text()) if KEPT.exists() else {}
-    for version, checkout in ({"before": asked.before} if asked.before else {}) | {"now": REPOSITORY}.items():
+    checkouts = ({"before": asked.before} if asked.before else {}) | {"now": REPOSITORY}
+    for version, checkout in checkouts.items():
         words, variables = ("--work", asked.kind, "--number", asked.number), dict[str, str]()
         rows: list[dict[str, float]] = []
         with ExitStack() as closing:
