@@ -138,6 +138,8 @@ def main() -> None:
         for _ in range(asked.runs):
             for version, checkout in (versions | {"now": HERE}).items():
                 run = timed(task, checkout)
+                if version != "now":
+                    run["beside"] = code_of(HERE)
                 kept.setdefault(task, {}).setdefault(version, []).append(run)
                 print(task, version, {kind: round(run[kind], 1) for kind in KINDS}, flush=True)
                 KEPT.write_text(json.dumps(kept, indent=1) + "\n")
@@ -150,16 +152,17 @@ def write(kept: dict[str, dict[str, list[dict]]]) -> None:
     machines: dict[str, None] = {}
     for task, versions in kept.items():
         command, name = task.split(":")
-        states: dict[tuple[str, str], list[dict]] = {}
+        states: dict[tuple[str, str, str], list[dict]] = {}
         for version, runs in reversed(versions.items()):
             for run in reversed(runs):
-                states.setdefault((version, run["code"]), []).append(run)
+                states.setdefault((version, run["code"], run.get("beside", "")), []).append(run)
                 machines[run["machine"]] = None
-        for (version, code), runs in states.items():
+        for (version, code, beside), runs in states.items():
             medians = [f"{np.median([run[kind] for run in runs]):.3g}" for kind in KINDS]
             speed = f"{np.median([run['python_s'] for run in runs]):.2f}"
             verdicts = " / ".join(dict.fromkeys(run["verdict"] for run in runs))
             state = code if version == "now" else f"earlier version {code}".strip()
+            state += f", beside {beside}" if beside else ""
             rows.append([f"`{command}` `{name}`", state, verdicts, *medians, str(len(runs)), speed])
     header = [
         "command",
@@ -177,7 +180,7 @@ What a person waits for: the whole command, from its start to the last file, fig
 (`python -m benchmarks.speed.answers`, {"; ".join(machines)}).
 Medians of the runs of each state of the code, the newest first; it is named by the commit that last changed
 the source; states before 084e1e5 by the commit with which their runs were kept. An earlier version took turns
-with the state above it.
+with the state that it is beside, or else with one above it.
 The first run traces and compiles every program, and stores them; the second one loads them. The third time
 is that of the library, when the same process has done it before, without files. The last column shows how
 fast the machine was before, between and after the runs: it is a virtual one, whose share of the processor
