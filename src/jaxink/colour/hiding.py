@@ -97,6 +97,7 @@ class Drawdown(Presented):
                 f"thicknesses of the drawdown, {low:g} to {high:g} um, over which it goes from "
                 f"{values[0]:.4g} to {values[-1]:.4g}; choose others."
             )
+        # Not before: a fit imports this module, but finds no root.
         from scipy.optimize import brentq
 
         ends = np.log(self.thickness_um[reached[0] - 1 : reached[0] + 1])

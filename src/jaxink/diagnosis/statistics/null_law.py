@@ -121,6 +121,7 @@ class NullLaw:
             return float(np.sqrt(self.draws[-count]))
         if p >= at_junction:
             return 0.0
+        # Not before: a fit imports this module, but finds no root.
         from scipy.optimize import brentq
 
         low = np.sqrt(junction)
