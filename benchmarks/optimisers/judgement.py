@@ -80,6 +80,16 @@ class Judged:
         """Root mean square residual: an RMSD, or in standard deviations of the noise."""
         return float(np.sqrt(loss / self.rows)) if self.kind == "chi_square" else float(np.sqrt(loss))
 
+    def rms_words(self, loss: float) -> str:
+        """The same with its unit."""
+        value = self.rms(loss)
+        return {
+            "chi_square": f"{value:.4f} sigma",
+            "absolute": f"{value:.4g} /sr",
+            "relative": f"{100 * value:.4g} %",
+            "logarithmic": f"{100 * value:.4g} %",
+        }[self.kind]
+
     def share(self, variant: Variant) -> tuple[int, int]:
         """Number of starts that reached the best known minimum, and of all."""
         lines = self.searches[variant].values()

@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from benchmarks.optimisers import agreement, at_once, scans
+from benchmarks.optimisers.course import of_course
 from benchmarks.optimisers.figures import draw
 from benchmarks.optimisers.judgement import WITHIN, Judged, Variant, effort_at, share_words
 from benchmarks.optimisers.problems import PRINTED, Posed
@@ -35,6 +36,7 @@ def write(kept: Mapping[str, list[dict]], pose: Mapping[str, Callable[[], Posed]
         seconds=BUDGET.seconds,
         overview=overview(judged),
         verdict=verdict(judged),
+        course=of_course(judged),
         missing=f"Without kept searches: {', '.join(f'`{name}`' for name in missing)}." if missing else "",
         figures=figures(judged),
         within=100 * WITHIN,
@@ -94,7 +96,7 @@ def overview(judged: list[Judged]) -> str:
         default, simplex = one.default, Variant("simplex", False)
         printed = PRINTED.get(one.name, ("", ""))
         row = [f"`{one.name}`", str(one.rows), str(one.n), str(one.share(default)[1])]
-        row += [_rms(one, one.best["loss"]), *printed, _share(one, default)]
+        row += [one.rms_words(one.best["loss"]), *printed, _share(one, default)]
         row += [_median(one, default, "jacobians", 0), _median(one, default, "seconds", 2)]
         if simplex in one.searches:
             row += [_share(one, simplex), _median(one, simplex, "evaluations", 0)]
@@ -188,21 +190,11 @@ def section(one: Judged) -> str:
                 _median(one, variant, "evaluations", 0),
                 _median(one, variant, "jacobians", 0),
                 _median(one, variant, "seconds", 2),
-                "" if loss is None else _rms(one, loss),
+                "" if loss is None else one.rms_words(loss),
                 "" if error is None else f"{error:.2g}",
             ]
         )
     return f"## `{one.name}`\n\n{table(header, rows)}"
-
-
-def _rms(one: Judged, loss: float) -> str:
-    value = one.rms(loss)
-    return {
-        "chi_square": f"{value:.4f} sigma",
-        "absolute": f"{value:.4g} /sr",
-        "relative": f"{100 * value:.4g} %",
-        "logarithmic": f"{100 * value:.4g} %",
-    }[one.kind]
 
 
 def _ratio(one: Judged, variant: Variant) -> float:
