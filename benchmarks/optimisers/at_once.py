@@ -1,4 +1,4 @@
-"""Searches at once and one after the other, from the same starts; writes at_once.json.
+"""Searches at once and one after the other: from many starts, and of many sheets; writes at_once.json.
 
 python -m benchmarks.optimisers.at_once [--problems NAME ...] [--searches N ...]
 """
@@ -8,11 +8,15 @@ import json
 import time
 from pathlib import Path
 
+import equinox as eqx
+import numpy as np
+
 from benchmarks.optimisers.problems import problems
 from benchmarks.optimisers.searches import Bench
 from benchmarks.pages import table
+from jaxink.fitting.compiled import CompiledObjective
 from jaxink.fitting.gradient import Descent
-from jaxink.fitting.many import searches_at_once
+from jaxink.fitting.many import searches_of_sheets
 from jaxink.fitting.method import search
 from jaxink.numerics.precision import computing
 
@@ -20,17 +24,33 @@ KEPT = Path(__file__).with_suffix(".json")
 _PROBLEMS, _AT_ONCE, _STARTS = ("plain_hg", "white_ink_mie-mie-everything"), (1, 4, 16), 16
 
 
-def measured(name: str, numbers: list[int]) -> list[dict]:
+def of_starts(name: str) -> tuple[list[CompiledObjective], list[np.ndarray]]:
+    """One problem from some of its starts."""
+    bench = Bench(problems()[name]())
+    return [bench.compiled] * _STARTS, bench.starts[:_STARTS]
+
+
+def of_sheets(name: str) -> tuple[list[CompiledObjective], list[np.ndarray]]:
+    """Simulated sheets: a problem whose values differ by noise as stated and by factors of up to 5 %."""
+    posed, random = problems()[name]().objective, np.random.default_rng(5)
+    compiled, sheets = CompiledObjective(posed), []
+    for factor in np.linspace(0.95, 1.05, _STARTS):
+        values = factor * posed.measured + posed.sigma * random.normal(size=posed.n_points)
+        sheets.append(compiled.on(eqx.tree_at(lambda o: o.measured, posed, values)))
+    middle = np.full(len(posed.free), 0.5)
+    return sheets, [middle] * _STARTS
+
+
+def measured(sheets: list[CompiledObjective], starts: list[np.ndarray], numbers: list[int]) -> list[dict]:
     """A line for each number of searches at once."""
-    bench, lines = Bench(problems()[name]()), []
-    starts = bench.starts[:_STARTS]
-    bench.compiled.prepare(starts[0], jacobian=True)
+    lines = []
+    sheets[0].prepare(starts[0], jacobian=True)
     for number in numbers:
-        first, *_ = searches_at_once(bench.compiled, starts[:1], number, most_steps=1)
+        first = searches_of_sheets(sheets, starts, number, most_steps=1)[0]
         began, cpu = time.perf_counter(), time.process_time()
-        alone = [search(Descent(), bench.compiled, start) for start in starts]
+        alone = [search(Descent(), one, start) for one, start in zip(sheets, starts, strict=True)]
         between, cpu_between = time.perf_counter(), time.process_time()
-        together = searches_at_once(bench.compiled, starts, number)
+        together = searches_of_sheets(sheets, starts, number)
         ended, cpu_ended = time.perf_counter(), time.process_time()
         lines.append(
             {
@@ -44,17 +64,17 @@ def measured(name: str, numbers: list[int]) -> list[dict]:
                 ),
             }
         )
-        print(name, lines[-1], flush=True)
+        print(lines[-1], flush=True)
     return lines
 
 
 def of_kept() -> str:
     """Table of all problems that are kept."""
-    header = ["problem", "searches at once", "compilation, s", "time one after the other / at once"]
+    header = ["searches", "at once", "compilation, s", "time one after the other / at once"]
     header += ["processor time likewise", "largest relative difference in the loss", "same Jacobians"]
     rows = [
         [
-            f"`{name}`",
+            what,
             str(line["at_once"]),
             f"{line['compile_seconds']:.0f}",
             f"{line['ratio']:.2f}",
@@ -62,7 +82,7 @@ def of_kept() -> str:
             f"{line['loss']:.0e}",
             "all" if line["same_jacobians"] else "not all",
         ]
-        for name, lines in json.loads(KEPT.read_text()).items()
+        for what, lines in json.loads(KEPT.read_text()).items()
         for line in lines
     ]
     return table(header, rows)
@@ -77,8 +97,9 @@ def main() -> None:
     kept = json.loads(KEPT.read_text()) if KEPT.exists() else {}
     with computing():
         for name in asked.problems:
-            kept[name] = measured(name, asked.searches)
-            KEPT.write_text(json.dumps(kept, indent=1) + "\n")
+            for what, made in (("starts", of_starts), ("sheets", of_sheets)):
+                kept[f"{_STARTS} {what} of `{name}`"] = measured(*made(name), asked.searches)
+                KEPT.write_text(json.dumps(kept, indent=1) + "\n")
 
 
 if __name__ == "__main__":

@@ -8,7 +8,7 @@ from jaxink.fitting.compiled import CompiledObjective
 from jaxink.fitting.gradient import Descent, starts
 from jaxink.fitting.inputs import prepare_data
 from jaxink.fitting.limits import SearchLimits
-from jaxink.fitting.many import searches_at_once
+from jaxink.fitting.many import searches_at_once, searches_of_sheets
 from jaxink.fitting.method import search
 from jaxink.fitting.outcome import Outcome
 from jaxink.numerics.precision import computing
@@ -41,6 +41,37 @@ def test_searches_at_once_are_those_made_alone(compiled):
         assert (other.outcome, other.jacobians) == (one.outcome, one.jacobians)
     assert [count for count, _ in told] == [3, 5]
     assert told[-1][1] == min(one.loss for one in together)
+
+
+def test_sheets_of_one_structure_are_searched_at_once(inputs, coarse):
+    data, sample = inputs
+    samples = [sample, sample.replace({"plate.thickness_mm": 2.5}), sample]
+    factors = [1.0, 0.9, 1.1]
+    with computing():
+        sheets = []
+        for one, factor in zip(samples, factors, strict=True):
+            read = prepare_data(data, one)
+            read = read.replace(bsdf_per_sr=factor * read.bsdf_per_sr)
+            sheets.append(CompiledObjective(jaxink.fitting.make_objective(read, one, config=coarse)))
+        points = starts(np.array([0.5, 0.1, 0.2]), 3, seed=5)
+        alone = [search(Descent(), one, start) for one, start in zip(sheets, points, strict=True)]
+        together = searches_of_sheets(sheets, points, 2)
+    for one, other in zip(alone, together, strict=True):
+        np.testing.assert_allclose(other.unit, one.unit, rtol=1e-8, atol=1e-8)
+        assert other.loss == pytest.approx(one.loss, rel=1e-8)
+        assert (other.outcome, other.jacobians) == (one.outcome, one.jacobians)
+    assert len({round(one.loss, 3) for one in together}) == 3
+
+
+def test_unlike_sheets_are_refused(inputs, coarse, compiled):
+    data, sample = inputs
+    fewer = data.select(side="T")
+    with computing():
+        other = CompiledObjective(
+            jaxink.fitting.make_objective(prepare_data(fewer, sample), sample, config=coarse)
+        )
+        with pytest.raises(ValueError, match="no program in common"):
+            searches_of_sheets([compiled, other], [np.full(3, 0.5)] * 2, 2)
 
 
 def test_each_search_has_its_limit_of_steps(compiled):

@@ -49,7 +49,7 @@ particle_index = 1.8
 particle_absorption_index = {{ value = {absorption}e-3 }}
 """
 STRAY = "\n[effects.stray_light]\nlevel_per_sr = {{ free = true, value = {stray}, min = 0, max = 0.1 }}\n"
-NOISE = "\n[noise]\nrelative = {noise}\n"
+NOISE = "\n[noise]\nrelative = {noise}\nscan_relative = {scans}\n"
 # Once tabulated, once computed in every step, because an index is free.
 ROUGH = """
 [layers.back_roughness]
@@ -71,8 +71,9 @@ KINDS = {
 }
 FIRST = {"waves": 550, "title": "a", "index": 1.49, "plate_mm": 2, "ink_um": 20, "start": 50}
 FIRST |= {"absorption": 1, "noise": 0.01, "stray": 0.01, "density": "beckmann"}
+FIRST |= {"scans": 0.0}
 SECOND = FIRST | {"title": "b", "plate_mm": 3, "ink_um": 35, "start": 90, "absorption": 2, "noise": 0.02}
-SECOND |= {"stray": 0.02, "density": "cauchy_angle"}
+SECOND |= {"stray": 0.02, "density": "cauchy_angle", "scans": 0.003}
 
 
 def data_at(waves):
@@ -118,6 +119,7 @@ def test_a_further_sheet_of_a_batch_compiles_nothing(caplog):
 
     def fitted(number):
         values = FIRST | {"title": str(number), "ink_um": 20 + number, "plate_mm": 2 + number / 10}
+        values["scans"] = number / 1000
         data = data_at([550.0])
         data = dataclasses.replace(data, bsdf_per_sr=data.bsdf_per_sr * (1 + number / 10))
         return fit(data, parse_sample(KINDS["plate and ink"].format(**values)), FitOptions(config=SMALL))

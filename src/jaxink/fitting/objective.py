@@ -124,8 +124,8 @@ class Objective(eqx.Module):
     prior_mean: Float[np.ndarray, " priors"]
     prior_deviation: Float[np.ndarray, " priors"]
     constants: Float[np.ndarray, " names"]
+    scan_relative: Float[np.ndarray, ""]
     names: tuple[str, ...] = eqx.field(static=True)
-    scan_relative: float = eqx.field(static=True)
     n_scans: int = eqx.field(static=True)
     kind: str = eqx.field(static=True)
     free: tuple[str, ...] = eqx.field(static=True)
@@ -194,9 +194,8 @@ class Objective(eqx.Module):
         self, predicted: Float[ArrayLike, " points"], change: Float[ArrayLike, " points"]
     ) -> Float[ArrayLike, " points"]:
         """A change of the prediction in units of the noise, unweighted."""
+        # Where scans have no factor, too: it is an argument of the program, which serves every noise.
         scaled = change / self.sigma
-        if self.scan_relative == 0:
-            return scaled
         return whiten_scans(scaled, self.scan_relative * predicted / self.sigma, self.scan, self.n_scans)
 
     def residual(
@@ -366,7 +365,7 @@ def compose(
         prior_deviation=deviation,
         constants=np.array(list(constants.values()), float),
         names=tuple(constants),
-        scan_relative=float(noise.scan_relative),
+        scan_relative=np.asarray(noise.scan_relative, float),
         n_scans=int(scan.max()) + 1,
         **fields,
     )

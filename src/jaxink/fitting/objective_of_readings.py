@@ -89,7 +89,7 @@ def readings_objective(
         prior_deviation=prior_deviation,
         constants=np.array(list(constants.values()), float),
         names=tuple(constants),
-        scan_relative=noise.scan_relative,
+        scan_relative=np.asarray(noise.scan_relative, float),
         n_scans=int(readings.scan_index.max()) + 1,
         kind=kind,
         free=names,
