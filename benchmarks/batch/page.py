@@ -74,6 +74,16 @@ def _overhead(found: dict) -> str:
     )
 
 
+def _unstated(found: dict) -> str:
+    stated, unstated = (1e3 * found[key] for key in ("stated_s", "unstated_s"))
+    return (
+        "Programs serve every noise: where files state none, and each sheet has a repeatability of scans of "
+        f"its own ({found['noises']} in {found['sheets']} sheets of 648 rows whose scans differ by 2 %), a "
+        f"fit takes {unstated:.0f} ms of processor time, against {stated:.0f} ms with stated noise. The "
+        f"search is {100 * found['stated_search_share']:.0f} % of the time of the latter."
+    )
+
+
 def _first(found: dict) -> str:
     return (
         f"With programs stored, two workers gave the first result {found['first_s']:.1f} s after the "
@@ -138,6 +148,7 @@ _PARTS = {
     "troubles": _troubles,
     "kills": _kills,
     "overhead": _overhead,
+    "unstated_noise": _unstated,
     "first_results": _first,
     "scaling": _scaling,
     "engine": _engine,

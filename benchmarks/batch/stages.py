@@ -13,8 +13,11 @@ import numpy as np
 
 import jaxink
 from benchmarks.batch.sheets import ACCURACY, FREE, TROUBLES, truths, write_sheets
+from benchmarks.simulated_data import data_file, declared_text
+from jaxink.measurement import Noise
 
 SHEETS, KILLS, GOOD, MANY = 200, 10, 40, 120
+UNSTATED = 20
 WORKERS = (1, 2, 4, 8)
 FAULTS = "benchmarks.batch.faults:measure_with_faults"
 LIMITS = "seconds = 60\nmemory_gib = 1.5"
@@ -184,6 +187,30 @@ def overhead(work: Path) -> dict:
         found["batch_s"].append(batch(number))
     seconds = {key: float(np.median(values)) for key, values in found.items()}
     return {**seconds, "sheets": len(files), "runs": 3}
+
+
+def unstated_noise(_work: Path) -> dict:
+    """Warm fits with stated noise, and with noise found from values; scans differ by 2 %."""
+    sample = jaxink.parse_sample(declared_text("plain_hg"), "plain_hg")
+    sample = dataclasses.replace(sample, noise=Noise())
+    options, random = jaxink.FitOptions(accuracy=ACCURACY, profile="none"), np.random.default_rng(3)
+    once, stated = jaxink.read(data_file("plain_hg")), []
+    for _ in range(UNSTATED + 1):
+        factor = 1 + 0.02 * random.standard_normal(len(once.scans))[once.scan_index]
+        sigma = 0.004 * once.bsdf_per_sr
+        values = once.bsdf_per_sr * factor + sigma * random.standard_normal(len(once))
+        stated.append(once.replace(bsdf_per_sr=values, sigma_per_sr=sigma))
+    unstated = [data.replace(sigma_per_sr=None) for data in stated]
+    found = {}
+    for name, sheets in (("stated", stated), ("unstated", unstated)):
+        jaxink.fit(sheets[0], sample, options)
+        start, began = time.process_time(), time.perf_counter()
+        results = [jaxink.fit(data, sample, options) for data in sheets[1:]]
+        found[f"{name}_s"] = (time.process_time() - start) / UNSTATED
+        searched = sum(result.run_seconds for result in results)
+        found[f"{name}_search_share"] = searched / (time.perf_counter() - began)
+    noises = {result.noise["scan_relative"] for result in results}
+    return {**found, "sheets": UNSTATED, "noises": len(noises)}
 
 
 def first_results(work: Path) -> dict:
