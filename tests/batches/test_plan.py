@@ -76,6 +76,7 @@ def test_a_bad_table_is_rejected(table, named, folder, told):
 
 BAD_PLANS = {
     "no version": ("schema_version = 1\n", "", "schema_version"),
+    "a sample file": ("[measurements]", "[[layers]]\n[measurements]", "sample file"),
     "unknown key": ("[measurements]", "worker = 3\n[measurements]", "'worker'"),
     "unknown work": ("[measurements]", 'work = "export"\n[measurements]', "work"),
     "no sample": ('sample = "sample.toml"\n', "", "sample"),

@@ -170,6 +170,7 @@ REFUSED = {
     "descending": (FACETS.replace("550", "[650, 550]"), "wavelength_nm"),
     "micrometres": (FACETS.replace("550", "0.55"), "wavelength_nm"),
     "facet": (FACETS.replace("[facets]", "[facet]"), "'facet'"),
+    "a sample file": (FACETS.replace("[facets]", "[[layers]]"), "sample file"),
     "no table": (MEDIA, "height_map"),
     "two tables": (FACETS + "[gaussian]\n", "gaussian"),
     "phong": (FACETS.replace("beckmann", "phong"), "phong"),

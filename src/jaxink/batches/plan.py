@@ -24,6 +24,8 @@ from jaxink.sample import (
     load_sample,
     only,
     quoted,
+    refuse_sample,
+    require_version,
     table_of,
     text_of,
     true_or_false,
@@ -172,8 +174,9 @@ def load_plan(path: str | Path) -> Plan:
     path = Path(path)
     document = document_of(text_of(path, "plan"), str(path))
     try:
+        refuse_sample(document, 'a plan names it, by sample = "...", and the measurements.')
         only(document, TOP, "the file")
-        _require_version(document)
+        require_version(document, PLAN_VERSION, "plans")
         tables = {name: table_of(document, name) for name in ("measurements", "reading", "fit", "limits")}
         tables["diagnosis"] = table_of(document, "diagnosis")
         work = choice({"work": WORK[0]} | document, "work", WORK, "the file")
@@ -211,15 +214,6 @@ def load_plan(path: str | Path) -> Plan:
         own_files=(path, named, *_tables_named(tables["measurements"], path)),
         **limits,
     )
-
-
-def _require_version(document: dict[str, Any]) -> None:
-    version = document.get("schema_version")
-    if version is True or version != PLAN_VERSION:
-        raise InputRefusedError(
-            f"schema_version is {version!r}; this version of jaxink reads plans of version {PLAN_VERSION}, "
-            f"so write `schema_version = {PLAN_VERSION}` at the top."
-        )
 
 
 def _file_named(table: dict[str, Any], key: str, folder: Path, what: str) -> Path:

@@ -22,6 +22,7 @@ from jaxink.sample import (
     missing,
     only,
     read_map,
+    refuse_sample,
     table_of,
     text_of,
 )
@@ -119,6 +120,7 @@ def load_boundary(path: str | Path) -> RoughBoundary:
 
 
 def _boundary(document: dict[str, Any], folder: Path) -> RoughBoundary:
+    refuse_sample(document, "a boundary has the two indices and one description of the relief instead.")
     only(document, TOP_KEYS, "the file")
     wavelengths = _numbers(document, "wavelength_nm", WAVELENGTH_NM)
     if any(late <= early for early, late in zip(wavelengths, wavelengths[1:], strict=False)):

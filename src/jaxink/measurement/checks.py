@@ -37,8 +37,9 @@ def numbers(table: TextTable, index: int, name: str) -> np.ndarray:
         except ValueError:
             value = None
         if value is None:
-            hint = "; write it without separators of thousands" if _THOUSANDS.fullmatch(cell) else ""
-            raise refusal(table.source, f"'{cell}' is not a number{hint}", line, name)
+            thousands = _THOUSANDS.fullmatch(cell)
+            remedy = "write it without separators of thousands" if thousands else "remove the row"
+            raise refusal(table.source, f"'{cell}' is not a number; {remedy}", line, name)
         if not math.isfinite(value):
             raise refusal(table.source, f"'{cell}' is not finite; remove the row", line, name)
         values.append(value)

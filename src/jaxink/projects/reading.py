@@ -21,6 +21,7 @@ from jaxink.sample import (
     only,
     opposite_medium,
     require_no_unused,
+    require_version,
     sample_of_document,
     table_of,
     text_of,
@@ -95,12 +96,7 @@ def _project(document: dict[str, Any], folder: Path, effects: Collection[Any]) -
             "project file with [[measurements]]."
         )
     only(document, TOP, "the project file")
-    version = document.get("schema_version")
-    if version is True or version != PROJECT_VERSION:
-        raise InputRefusedError(
-            f"schema_version is {version!r}; this version of jaxink reads projects of version "
-            f"{PROJECT_VERSION}, so write `schema_version = {PROJECT_VERSION}` at the top."
-        )
+    require_version(document, PROJECT_VERSION, "projects")
     common, home = _common_sample(document, folder)
     shared = {kind: _named_changes(document, kind) for kind in _SHARED}
     tables = document.get("measurements")

@@ -16,7 +16,16 @@ from jaxink.sample.draft import (
     lit_order,
 )
 from jaxink.sample.effect_schema import EFFECTS, defaults_of, terms_of
-from jaxink.sample.entries import bounded, choice, missing, only, table_of, true_or_false
+from jaxink.sample.entries import (
+    bounded,
+    choice,
+    missing,
+    only,
+    refuse_sample,
+    require_version,
+    table_of,
+    true_or_false,
+)
 from jaxink.sample.heights import read_map
 from jaxink.sample.ink_mixtures import MIXED, require_no_unused
 from jaxink.sample.layer_reading import layer_tables
@@ -90,7 +99,9 @@ __all__ = [
     "parse_sample",
     "quoted",
     "read_map",
+    "refuse_sample",
     "require_no_unused",
+    "require_version",
     "sample_from_dict",
     "sample_of_document",
     "sample_text",

@@ -149,6 +149,23 @@ def only(table: dict[str, Any], known, where: str) -> None:
             raise InputRefusedError(f"{where} has the key '{key}', {unknown_key(key, known)}")
 
 
+def require_version(document: dict[str, Any], version: int, what: str) -> None:
+    """Reject a file without the version of ``what`` that is read."""
+    found = document.get("schema_version")
+    if found is True or found != version:
+        said = "missing" if found is None else f"{found!r}"
+        raise InputRefusedError(
+            f"schema_version is {said}; this version of jaxink reads {what} of version {version}, so write "
+            f"`schema_version = {version}` at the top."
+        )
+
+
+def refuse_sample(document: dict[str, Any], instead: str) -> None:
+    """Reject a sample file where another kind of file is read."""
+    if "layers" in document:
+        raise InputRefusedError(f"is a sample file; {instead}")
+
+
 def table_of(document: dict[str, Any], name: str) -> dict[str, Any]:
     """A table of a document, empty if it is absent."""
     table = document.get(name, {})

@@ -13,7 +13,7 @@ from jaxink.sample.archive import sample_from_dict
 from jaxink.sample.declared_effects import own_kinds, read_effects
 from jaxink.sample.description import Backing, Layer, Sample
 from jaxink.sample.document import document_of, text_of
-from jaxink.sample.entries import choice, only, table_of, true_or_false
+from jaxink.sample.entries import choice, only, require_version, table_of, true_or_false
 from jaxink.sample.ink_mixtures import read_inks, require_no_unused
 from jaxink.sample.layer_reading import layer_tables, read_layer
 from jaxink.sample.measurement_reading import (
@@ -111,12 +111,7 @@ def sample_of_document(document: dict[str, Any], folder: Path, effects: Collecti
     """
     own = own_kinds(effects)
     only(document, TOP, "the file")
-    version = document.get("schema_version")
-    if version is True or version != SCHEMA_VERSION:
-        raise InputRefusedError(
-            f"schema_version is {version!r}; this version of jaxink reads {SCHEMA_VERSION}, so write "
-            f"`schema_version = {SCHEMA_VERSION}` at the top."
-        )
+    require_version(document, SCHEMA_VERSION, "sample files")
     numbers = ParameterReader(read_wavelengths(document), folder)
     surroundings = table_of(document, "surroundings")
     only(surroundings, schema.SURROUNDINGS, "[surroundings]")
