@@ -174,7 +174,7 @@ def load_plan(path: str | Path) -> Plan:
     path = Path(path)
     document = document_of(text_of(path, "plan"), str(path))
     try:
-        refuse_sample(document, 'a plan names it, by sample = "...", and the measurements.')
+        refuse_sample(document, 'a plan names it with sample = "...", and lists the measurements.')
         only(document, TOP, "the file")
         require_version(document, PLAN_VERSION, "plans")
         tables = {name: table_of(document, name) for name in ("measurements", "reading", "fit", "limits")}

@@ -194,7 +194,7 @@ class Objective(eqx.Module):
         self, predicted: Float[ArrayLike, " points"], change: Float[ArrayLike, " points"]
     ) -> Float[ArrayLike, " points"]:
         """A change of the prediction in units of the noise, unweighted."""
-        # Where scans have no factor, too: it is an argument of the program, which serves every noise.
+        # Even if the factor is zero: a compiled program takes it as an argument, whatever its value.
         scaled = change / self.sigma
         return whiten_scans(scaled, self.scan_relative * predicted / self.sigma, self.scan, self.n_scans)
 

@@ -120,7 +120,9 @@ def load_boundary(path: str | Path) -> RoughBoundary:
 
 
 def _boundary(document: dict[str, Any], folder: Path) -> RoughBoundary:
-    refuse_sample(document, "a boundary has the two indices and one description of the relief instead.")
+    refuse_sample(
+        document, "a boundary file gives index_inside, index_outside and one description of the relief."
+    )
     only(document, TOP_KEYS, "the file")
     wavelengths = _numbers(document, "wavelength_nm", WAVELENGTH_NM)
     if any(late <= early for early, late in zip(wavelengths, wavelengths[1:], strict=False)):
