@@ -12,15 +12,14 @@ import re
 import time
 from pathlib import Path
 
-import miepython
 import numpy as np
 
 import jaxink
 from benchmarks.montecarlo import Detectors, Layer, Result, Sample, simulate
+from benchmarks.montecarlo.spheres import Spheres, layer_of_spheres
 from benchmarks.pages import rms
 from benchmarks.simulated_data import data_file, declared_text, truth_of
 from benchmarks.validation.published.problems import COLOURED
-from benchmarks.validation.published.sheet_2018 import EvenTable
 
 RESULTS = Path(__file__).parent / "outside.json"
 FITTED = (570.0, 580.0, 590.0, 610.0, 620.0, 630.0)
@@ -34,15 +33,8 @@ def layers(wavelength_nm: float) -> tuple[Layer, Layer]:
     """Plate and ink of the stand-in at a wavelength, by miepython."""
     ink = truth_of(COLOURED)["ink"]
     phase = ink["phase"]
-    imaginary = phase["n_im"][-1]
-    size = 2 * np.pi * phase["radius_nm"] * ink["n"] / wavelength_nm
-    index = complex(phase["n_re"], -imaginary) / ink["n"]
-    extinct, scattered, _, _ = miepython.efficiencies_mx(index, size)
-    cosines = np.cos(np.linspace(0, np.pi, 2001))
-    per_mm = 0.75 * phase["pvc"] / (phase["radius_nm"] * 1e-6)
-    table = EvenTable(cosines, miepython.i_unpolarized(index, size, cosines))
-    absorbed = float(extinct - scattered) * per_mm
-    return Layer(1.5, 1.0), Layer(ink["n"], ink["d_mm"], float(scattered) * per_mm, absorbed, table)
+    spheres = Spheres(phase["radius_nm"], complex(phase["n_re"], -phase["n_im"][-1]), phase["pvc"])
+    return Layer(1.5, 1.0), layer_of_spheres([spheres], ink["n"], ink["d_mm"], wavelength_nm)
 
 
 def simulated(wavelength_nm: float, n_photons: int) -> jaxink.GonioData:

@@ -12,11 +12,11 @@ import json
 import time
 from pathlib import Path
 
-import miepython
 import numpy as np
 
 import jaxink
 from benchmarks.montecarlo import Detectors, Layer, Result, Sample, simulate
+from benchmarks.montecarlo.spheres import Spheres, layer_of_spheres
 from benchmarks.pages import rms
 from benchmarks.validation.colour.pigments import (
     HEAD,
@@ -29,7 +29,6 @@ from benchmarks.validation.colour.pigments import (
     noise_free,
     truth,
 )
-from benchmarks.validation.published.sheet_2018 import EvenTable
 from jaxink.materials import material
 
 RESULTS = Path(__file__).with_suffix(".json")
@@ -40,22 +39,15 @@ POPULATIONS = (
     ("anatase", 130.0, TRUTH["ink.volume_fraction"]),
     ("hematite", 90.0, TRUTH["ink.red.volume_fraction"]),
 )
-_COSINES = np.cos(np.linspace(0, np.pi, 2001))
 
 
 def layers(wavelength_nm: float) -> tuple[Layer, Layer]:
     """Plate and ink: cross sections of both kinds of spheres added."""
-    scattering, absorption, phase = 0.0, 0.0, np.zeros(_COSINES.size)
+    spheres, at = [], np.array([wavelength_nm])
     for name, radius_nm, share in POPULATIONS:
-        of, at = material(name), np.array([wavelength_nm])
-        index = complex(of.n(at)[0], -of.k(at)[0]) / BINDER
-        size = 2 * np.pi * radius_nm * BINDER / wavelength_nm
-        extinct, scattered, _, _ = miepython.efficiencies_mx(index, size)
-        per_mm = 0.75 * share / (radius_nm * 1e-6)
-        scattering += per_mm * scattered
-        absorption += per_mm * (extinct - scattered)
-        phase += per_mm * scattered * miepython.i_unpolarized(index, size, _COSINES, norm="one")
-    ink = Layer(BINDER, THICKNESS_UM * 1e-3, float(scattering), float(absorption), EvenTable(_COSINES, phase))
+        of = material(name)
+        spheres.append(Spheres(radius_nm, complex(of.n(at)[0], -of.k(at)[0]), share))
+    ink = layer_of_spheres(spheres, BINDER, THICKNESS_UM * 1e-3, wavelength_nm)
     return Layer(PLATE, PLATE_MM), ink
 
 

@@ -13,10 +13,10 @@ import json
 import time
 from pathlib import Path
 
-import miepython
 import numpy as np
 
-from benchmarks.montecarlo import Detectors, Layer, Result, Sample, Tabulated, simulate
+from benchmarks.montecarlo import Detectors, Layer, Result, Sample, simulate
+from benchmarks.montecarlo.spheres import Spheres, layer_of_spheres
 
 FOLDER = Path(__file__).parent / "sheet_2018"
 # Printed: sheet, and the best fit of the layer on its top face.
@@ -32,29 +32,10 @@ RELATIVE, FLOOR_PER_SR = 0.01, 1e-4
 SEED = 2018
 
 
-class EvenTable(Tabulated):
-    """Phase function looked up at equal steps of the cosine, which is several times as fast."""
-
-    _STEPS = 200_000
-
-    def __init__(self, cosines, values):
-        super().__init__(cosines, values)
-        self._even = super().value(np.linspace(-1.0, 1.0, self._STEPS + 1))
-
-    def value(self, cosine):
-        """Per steradian, integral 1."""
-        return self._even[((cosine + 1.0) * (0.5 * self._STEPS) + 0.5).astype(np.int32)]
-
-
 def layer() -> Layer:
     """The scattering layer."""
-    size = 2 * np.pi * RADIUS_NM * BINDER_INDEX / WAVELENGTH_NM
-    index = complex(PARTICLE_INDEX) / BINDER_INDEX
-    _, scattered, _, _ = miepython.efficiencies_mx(index, size)
-    cosines = np.cos(np.linspace(0, np.pi, 2001))
-    per_mm = 0.75 * float(scattered) * CONCENTRATION / (RADIUS_NM * 1e-6)
-    phase = EvenTable(cosines, miepython.i_unpolarized(index, size, cosines))
-    return Layer(BINDER_INDEX, THICKNESS_MM, per_mm, 0.0, phase)
+    spheres = Spheres(RADIUS_NM, complex(PARTICLE_INDEX), CONCENTRATION)
+    return layer_of_spheres([spheres], BINDER_INDEX, THICKNESS_MM, WAVELENGTH_NM)
 
 
 def directions(theta_i_deg: float) -> tuple[np.ndarray, np.ndarray]:
