@@ -40,7 +40,7 @@ def _course(one: Judged, variant: Variant) -> list[str]:
         one.rms_words(statistics.median(_loss_after(one, line, steps) for line in lines)) for steps in _AT
     ]
     ends = statistics.median(line["path"][-1][3] for line in lines)
-    return [*cells, one.rms_words(ends), f"{statistics.median(line['seconds'] for line in lines):.1f}"]
+    return [*cells, one.rms_words(ends), f"{one.median(variant, one.seconds):.1f}"]
 
 
 def _loss_after(one: Judged, line: dict, evaluations: int) -> float:

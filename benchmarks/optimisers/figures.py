@@ -31,17 +31,19 @@ def _performance(page: PageFigure, problems: Sequence[Judged], variants: Sequenc
     axes = page.panel(0.7, 0.6, _WIDE, _TALL)
     ratios = []
     for problem in problems:
-        seconds = np.array([list(problem.efforts(variant, problem.seconds)) for variant in variants])
-        least = np.min(seconds, axis=0)
+        times = np.array([list(problem.efforts(variant, problem.time_ms)) for variant in variants])
+        least = np.min(times, axis=0)
         # A case that no method solves counts as unsolved for all.
-        ratios.append(
-            np.where(np.isfinite(seconds), seconds / np.where(np.isfinite(least), least, 1.0), np.inf)
-        )
+        ratios.append(np.where(np.isfinite(times), times / np.where(np.isfinite(least), least, 1.0), np.inf))
     factors = np.geomspace(1, 300, 400)
     for number, variant in enumerate(variants):
         share = _mean_of_shares([ratio[number] for ratio in ratios], factors)
         axes.plot(factors, share, label=variant.title, **_style(number, variant))
-    _finish(axes, "seconds relative to the quickest method", "share of searches that reach the best minimum")
+    _finish(
+        axes,
+        "time of evaluations relative to the quickest method",
+        "share of searches that reach the best minimum",
+    )
     axes.set_xscale("log")
 
 

@@ -40,6 +40,8 @@ class Judged:
         Number of residuals and of parameters.
     searches
         Kept lines by variant and start.
+    times
+        Milliseconds of an evaluation and of a Jacobian; see `benchmarks.optimisers.times`.
     """
 
     name: str
@@ -47,9 +49,12 @@ class Judged:
     rows: int
     n: int
     searches: dict[Variant, dict[int, dict]]
+    times: dict[str, float]
 
     @classmethod
-    def of(cls, name: str, kind: str, rows: int, n: int, lines: list[dict]) -> "Judged":
+    def of(
+        cls, name: str, kind: str, rows: int, n: int, lines: list[dict], times: dict[str, float]
+    ) -> "Judged":
         """From the lines of a problem."""
         found: dict[Variant, dict[int, dict]] = {}
         for method in METHODS:
@@ -57,7 +62,7 @@ class Judged:
                 of_variant = [x for x in lines if x["method"] == method and x.get("scan") is scan]
                 if of_variant:
                     found[Variant(method, scan)] = {x["start"]: x for x in of_variant}
-        return cls(name, kind, rows, n, found)
+        return cls(name, kind, rows, n, found, times)
 
     @property
     def best(self) -> dict:
@@ -127,9 +132,13 @@ class Judged:
             deviation = deviation * np.sqrt(best["loss"] / max(self.rows - self.n, 1))
         return deviation
 
-    def seconds(self, entry: list) -> float:
-        """Seconds up to an entry of a path."""
-        return entry[2]
+    def time_ms(self, entry: list) -> float:
+        """Time of the evaluations and Jacobians up to an entry of a path."""
+        return entry[0] * self.times["evaluation_ms"] + entry[1] * self.times["jacobian_ms"]
+
+    def seconds(self, line: dict) -> float:
+        """The same of a whole search, in seconds."""
+        return self.time_ms([line["evaluations"], line["jacobians"]]) / 1000
 
     def cost(self, entry: list) -> float:
         """Evaluations up to an entry of a path, a Jacobian counting as much as one by differences."""

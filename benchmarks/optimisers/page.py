@@ -1,15 +1,17 @@
 """docs/validation/optimisers.md from the kept searches."""
 
+import dataclasses
 import statistics
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from benchmarks.optimisers import agreement, at_once, scans
+from benchmarks.optimisers import agreement, at_once, bounds, scans
 from benchmarks.optimisers.course import of_course
 from benchmarks.optimisers.figures import draw
 from benchmarks.optimisers.judgement import WITHIN, Judged, Variant, effort_at, share_words
 from benchmarks.optimisers.problems import PRINTED, Posed
 from benchmarks.optimisers.searches import BUDGET, N_STARTS
+from benchmarks.optimisers.times import kept_times
 from benchmarks.pages import filled, machine, page_path, table, write_page
 from jaxink.fitting.comparison_methods import METHODS
 
@@ -25,7 +27,7 @@ def write(kept: Mapping[str, list[dict]], pose: Mapping[str, Callable[[], Posed]
         if any(line["method"] != "scan" for line in lines):
             objective = pose[name]().objective
             rows, n = len(objective.measured), len(objective.free)
-            judged.append(Judged.of(name, objective.kind, rows, n, lines))
+            judged.append(Judged.of(name, objective.kind, rows, n, lines, kept_times()[name]))
     missing = [name for name in kept if name not in {one.name for one in judged}]
     text = filled(
         _FOLDER / "page.md.in",
@@ -42,6 +44,7 @@ def write(kept: Mapping[str, list[dict]], pose: Mapping[str, Callable[[], Posed]
         within=100 * WITHIN,
         jacobians=jacobians_to_best(judged),
         scans=scans.of_kept(),
+        bounds=bounds.of_kept(),
         at_once=at_once.of_kept(),
         agreement=agreement.of_kept(),
         sensitive=agreement.sensitive(),
@@ -90,18 +93,18 @@ def overview(judged: list[Judged]) -> str:
     """The default method and the simplex on every problem."""
     header = ["problem", "residuals", "parameters", "starts", "best rms residual", "published", "its steps"]
     header += ["default: reached", "Jacobians", "seconds", "simplex alone: reached", "evaluations", "seconds"]
-    header += ["default faster, times, in seconds", "in evaluations"]
+    header += ["default faster by the time", "by evaluations"]
     rows = []
     for one in judged:
         default, simplex = one.default, Variant("simplex", False)
         printed = PRINTED.get(one.name, ("", ""))
         row = [f"`{one.name}`", str(one.rows), str(one.n), str(one.share(default)[1])]
         row += [one.rms_words(one.best["loss"]), *printed, _share(one, default)]
-        row += [_median(one, default, "jacobians", 0), _median(one, default, "seconds", 2)]
+        row += [_median(one, default, "jacobians", 0), f"{one.median(default, one.seconds):.2f}"]
         if simplex in one.searches:
             row += [_share(one, simplex), _median(one, simplex, "evaluations", 0)]
-            faster = (statistics.median(one.speed_up(measure)) for measure in (one.seconds, one.cost))
-            row += [_median(one, simplex, "seconds", 2), *(f"{times:.2g}" for times in faster)]
+            faster = (statistics.median(one.speed_up(measure)) for measure in (one.time_ms, one.cost))
+            row += [f"{one.median(simplex, one.seconds):.2f}", *(f"{times:.2g}" for times in faster)]
         else:
             row += [""] * 5
         rows.append(row)
@@ -131,8 +134,8 @@ def verdict(judged: list[Judged]) -> str:
     """Where the default method reaches its target, and where it does not."""
     lines = []
     rare = [one for one in judged if _ratio(one, one.default) < _ENOUGH]
-    compared = [one for one in judged if one.speed_up(one.seconds)]
-    slow = [one for one in compared if statistics.median(one.speed_up(one.seconds)) < _FASTER]
+    compared = [one for one in judged if one.speed_up(one.time_ms)]
+    slow = [one for one in compared if statistics.median(one.speed_up(one.time_ms)) < _FASTER]
     lines.append(
         f"The default reaches the best known minimum from at least {100 * _ENOUGH:.0f} % of the starts on "
         f"{len(judged) - len(rare)} of {len(judged)} problems" + _except(rare) + "."
@@ -169,7 +172,7 @@ def _common(one: Judged, variants: list[Variant]) -> Judged:
     """A problem with the starts that all variants have searched from."""
     starts = set.intersection(*(set(one.searches[variant]) for variant in variants))
     searches = {v: {k: one.searches[v][k] for k in sorted(starts)} for v in variants}
-    return Judged(one.name, one.kind, one.rows, one.n, searches)
+    return dataclasses.replace(one, searches=searches)
 
 
 def section(one: Judged) -> str:

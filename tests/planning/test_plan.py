@@ -147,6 +147,57 @@ def test_the_next_project_can_be_read_once_it_is_filled_in(plan, result, tmp_pat
         assert (given.backing is None) == (planned.backing is None)
 
 
+OVER_A_CARD = """
+schema_version = 1
+sample = "sample.toml"
+[specimens.thick]
+ink.thickness_um = { free = true, min = 40, max = 90, value = 60 }
+[instruments.arm]
+noise.relative = 0.02
+[[measurements]]
+name = "over_card"
+data = "present.csv"
+specimen = "thick"
+instrument = "arm"
+lit_side = "ink"
+changes.backing.reflectance = 0.3
+changes.plate.thickness_mm = 2
+"""
+
+
+@pytest.fixture
+def over_a_card(tmp_path):
+    """A project with a measurement whose specimen, instrument, side and card are its own."""
+    sample = jaxink.parse_sample(UNKNOWN_THICKNESS)
+    (tmp_path / "sample.toml").write_text(UNKNOWN_THICKNESS)
+    jaxink.measurement.write_csv(measured(sample.replace(TRUTH), 5), tmp_path / "present.csv")
+    return parse_project(OVER_A_CARD, folder=tmp_path)
+
+
+def test_the_next_measurement_is_as_the_present_one_but_for_the_changes(over_a_card, tmp_path):
+    project = over_a_card
+    candidates = {one.name: one for one in menu(project["over_card"], project)}
+    assert {"incidence_45", "other_side", "no_card", "thickness_30_um"} <= candidates.keys()
+    for name in ("incidence_45", "other_side", "no_card", "thickness_30_um", "totals"):
+        one = candidates[name]
+        text = next_project(one, {}, "", OVER_A_CARD)["next.toml"].replace(f"{name}.csv", "present.csv")
+        text = text.replace("readings = ", "data = ")
+        given, planned = parse_project(text, folder=tmp_path)[one.name].sample, one.measurement.sample
+        assert [layer.name for layer in given.layers] == [layer.name for layer in planned.layers], name
+        assert given.backing == planned.backing, name
+        assert given.parameters.keys() == planned.parameters.keys(), name
+        for parameter in given.parameters.values():
+            same = planned.parameters[parameter.name]
+            assert (parameter.value, parameter.free) == (same.value, same.free), (name, parameter.name)
+        if name != "totals":
+            assert given.noise == planned.noise, name
+
+
+def test_without_its_table_the_next_measurement_names_the_one_it_is_like(over_a_card, told):
+    one = next(iter(menu(over_a_card["over_card"], over_a_card)))
+    told(next_project(one, {}, "")["next.toml"], "As 'over_card' was", "lit_side", "changes")
+
+
 def test_a_target_that_is_not_free_is_refused(result, told):
     with pytest.raises(InputRefusedError) as refused:
         jaxink.plan_measurement(result, targets=["plate.thickness_mm"])

@@ -2,6 +2,7 @@
 
 import dataclasses
 from collections.abc import Collection, Iterator, Mapping
+from typing import Any
 
 import numpy as np
 
@@ -36,7 +37,9 @@ class Candidate:
     changes
         What differs from the present sample, for a project file.
     lit_side
-        The layer that is lit; empty: the first of the sample.
+        The layer that is lit; empty: that of the base.
+    base
+        Name of the present measurement whose sample it takes over, but for the changes.
     """
 
     __repr__ = brief_repr
@@ -44,8 +47,9 @@ class Candidate:
     name: str
     words: str
     measurement: Measurement
-    changes: Mapping[str, Mapping[str, float]] = dataclasses.field(default_factory=dict)
+    changes: Mapping[str, Any] = dataclasses.field(default_factory=dict)
     lit_side: str = ""
+    base: str = ""
 
 
 def menu(base: Measurement, project: Project) -> Iterator[Candidate]:
@@ -68,7 +72,7 @@ def menu(base: Measurement, project: Project) -> Iterator[Candidate]:
     def bsdf(name, words, changed=sample, names=None, theta_i=usual, phi=180.0, sides=None, **more):
         at = _plane(data, theta_i, phi, sides)
         given = base.names if names is None else names
-        return Candidate(name, words, Measurement(NEXT, at, changed, given), **more)
+        return Candidate(name, words, Measurement(NEXT, at, changed, given), base=base.name, **more)
 
     for angle in _INCIDENCES_DEG:
         if np.min(np.abs(measured - angle)) > _APART_DEG:
@@ -114,7 +118,7 @@ def _cards(bsdf, sample: Sample, names: Mapping[str, str]) -> Iterator[Candidate
     if sample.backing is not None:
         rest = [p for p in sample.parameters.values() if not p.name.startswith("backing.")]
         bare = dataclasses.replace(sample, backing=None, parameters=ParameterTable(rest))
-        yield bsdf("no_card", "nothing behind the sample", bare, names)
+        yield bsdf("no_card", "nothing behind the sample", bare, names, changes={"backing": False})
         return
     for word, reflectance in (("black", _BLACK), ("white", _WHITE)):
         own = Parameter("backing.reflectance", reflectance, minimum=0.0, maximum=1.0)
@@ -153,8 +157,9 @@ def _wavelengths(base: Measurement) -> Iterator[Candidate]:
         at = at.replace(wavelength_nm=np.full(len(at), wave))
         other = dataclasses.replace(sample, wavelengths_nm=(wave,) if sample.wavelengths_nm else ())
         words = f"light of {wave:g} nm, if the refractive indices are the same there"
-        changes = {"wavelength_nm": {"": wave}}
-        yield Candidate(f"{wave:g}_nm", words, Measurement(NEXT, at, other, base.names), changes)
+        changes = {"wavelength_nm": wave}
+        measurement = Measurement(NEXT, at, other, base.names)
+        yield Candidate(f"{wave:g}_nm", words, measurement, changes, base=base.name)
 
 
 def _readings(base: Measurement, read: Collection[str]) -> Iterator[Candidate]:
@@ -184,7 +189,7 @@ def _of_quantities(base: Measurement, name: str, words: str, quantities, waves) 
         np.array([wave for _, wave in pairs]),
         np.full(size, 0.5),
     )
-    return Candidate(name, words, Measurement(NEXT, data, base.sample, base.names))
+    return Candidate(name, words, Measurement(NEXT, data, base.sample, base.names), base=base.name)
 
 
 def _plane(data: GonioData, theta_i: float, phi: float, sides: tuple[bool, ...] | None) -> GonioData:

@@ -14,6 +14,7 @@ from typing import Any
 
 from jaxink.errors import InputRefusedError
 from jaxink.measurement import BACKING, LIT_SIDE, SAMPLE, THICKNESS, Condition, is_number, listed, refusal
+from jaxink.projects.toml_text import toml_key
 from jaxink.sample import layer_tables
 
 _NO_BACKING = ("none", "no backing", "no")
@@ -119,11 +120,6 @@ def short(cell: str) -> str:
         cell = f"{_number(cell):g}"
     plain = unicodedata.normalize("NFKD", cell).encode("ascii", "ignore").decode()
     return re.sub(r"[^A-Za-z0-9-]+", "_", plain).strip("_")
-
-
-def toml_key(word: str) -> str:
-    """A key of TOML, in quotation marks where it needs them."""
-    return word if re.fullmatch(r"[A-Za-z0-9_-]+", word) else json.dumps(word, ensure_ascii=False)
 
 
 def explains_itself(cell: str) -> bool:

@@ -1,15 +1,15 @@
 """A first project file, written from the files of its measurements."""
 
-import json
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from jaxink.measurement import BACKING, LIT_SIDE, SAMPLE, THICKNESS, is_readings_file, overrides_of_files
-from jaxink.projects.conditions import Value, explains_itself, short, toml_key
+from jaxink.projects.conditions import Value, explains_itself, short
 from jaxink.projects.schema import PROJECT_VERSION
 from jaxink.projects.splitting import conditions_in, several_of
+from jaxink.projects.toml_text import toml_key, toml_value
 
 # Reflectance of usual cards; of others nothing is known.
 _USUAL = {"white": 0.85, "black": 0.04}
@@ -90,8 +90,8 @@ def _head(tables: Sequence[Mapping[str, Any]], sample: str) -> Iterator[str]:
     yield "# Lines that say ASSUMED are usual values, not knowledge: correct them."
     yield "# One ink is fitted to all measurements; write below what differs between them."
     yield f"schema_version = {PROJECT_VERSION}"
-    yield f"title = {_toml(', '.join(str(table['name']) for table in tables))}"
-    yield f"sample = {_toml(sample)}  # what all have in common"
+    yield f"title = {toml_value(', '.join(str(table['name']) for table in tables))}"
+    yield f"sample = {toml_value(sample)}  # what all have in common"
 
 
 def _cards(found: Sequence[Sequence[Mapping[str, Value]]]) -> Iterator[str]:
@@ -138,7 +138,7 @@ def _measurement(
     yield ""
     yield "[[measurements]]"
     for key, value in table.items():
-        yield f"{key} = {_toml(value)}"
+        yield f"{key} = {toml_value(value)}"
     stated = combinations[0] if combinations else {}
     for name, value in stated.items():
         cells = list(dict.fromkeys(values[name].cell for values in combinations))
@@ -157,12 +157,3 @@ def _measurement(
         yield "# changes.ink.thickness_um = 75  # what differs here alone"
     if BACKING not in stated:
         yield "# changes.backing.reflectance = 0.04"
-
-
-def _toml(value: Any) -> str:
-    """A value of a project file."""
-    if isinstance(value, Mapping):
-        return f"{{ {', '.join(f'{toml_key(key)} = {_toml(inner)}' for key, inner in value.items())} }}"
-    if isinstance(value, list | tuple):
-        return f"[{', '.join(map(_toml, value))}]"
-    return json.dumps(value, ensure_ascii=False)
