@@ -139,7 +139,6 @@ BAD_INPUTS = (
     BadInput("only_units", _bytes([GOOD[0], "deg,deg,deg,nm,,1/sr,1/sr"]), ""),
     BadInput("second_row_of_units", _bytes([*GOOD[:3], "deg,deg,deg,nm,,1/sr,1/sr"]), "row 4"),
     BadInput("values_above_the_header", _bytes([GOOD[1], GOOD[0], *GOOD[2:]]), "row 1"),
-    BadInput("header_twice", _bytes([*GOOD, *GOOD]), "row 7"),
     BadInput("title_and_no_header", _bytes(["Lab 7", "white ink", *GOOD[1:]]), "row 1"),
     BadInput("several_empty_cells", column("bsdf_per_sr", [0.3, "", 0.28, "", 0.21]), "row 3"),
     BadInput("no_azimuth", without("phi_deg"), "phi_deg"),

@@ -99,3 +99,37 @@ def test_every_command_that_joins_asks(command, tmp_path, monkeypatch, told):
     told(done.stderr, "one.csv", "two.csv", "same sample", numbers=False)
     assert not (tmp_path / out[command][0] / "result.json").exists()
     assert not (tmp_path / out[command][0]).is_file()
+
+
+def in_one_file(tmp_path, factor, noise=0.0, times=2):
+    """A file in which each direction is read several times, the later readings by a factor."""
+    first = written(tmp_path, "one.csv", noise=noise).read_text().splitlines()
+    again = [
+        line
+        for k in range(1, times)
+        for line in written(tmp_path, "again.csv", factor, noise, seed=k).read_text().splitlines()[1:]
+    ]
+    path = tmp_path / "both.csv"
+    path.write_text("\n".join([*first, *again]))
+    return jaxink.read(path)
+
+
+# Without noise, nothing but the common factor tells them apart.
+@pytest.mark.parametrize("noise", [0.0, 0.01])
+def test_two_samples_in_one_file_are_refused(noise, tmp_path, told):
+    with pytest.raises(jaxink.InputRefusedError) as refused:
+        noise_of(in_one_file(tmp_path, (0.4, 1.0), noise), Noise())
+    told(
+        str(refused.value),
+        "both.csv",
+        "second readings",
+        "times the first",
+        "same sample",
+        "[noise]",
+        numbers=False,
+    )
+
+
+def test_repeats_that_scatter_are_kept(tmp_path):
+    assert noise_of(in_one_file(tmp_path, (1.0, 1.0), 0.2, times=5), Noise()).known
+    assert noise_of(in_one_file(tmp_path, (1.03, 0.98), 0.003), Noise()).known

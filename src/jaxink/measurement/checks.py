@@ -11,6 +11,14 @@ from jaxink.measurement.names import SIDES
 from jaxink.measurement.table import TextTable, refusal
 
 _THOUSANDS = re.compile(r"[+-]?\d{1,3}([., '’]\d{3})+([.,]\d*)?")
+_DASHES = str.maketrans(dict.fromkeys("\N{EN DASH}\N{EM DASH}\N{HYPHEN}\N{NON-BREAKING HYPHEN}", "-"))
+# Exponents as Fortran writes them, or after a space.
+_EXPONENT = re.compile(r"\s*[dDeE]\s*(?=[-+]?\d+$)")
+_WITH_UNIT = re.compile(r"([-+]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][-+]?\d+)?)\s*([^\d\s.,;+-]{1,6})")
+# Marks of missing values, and how far above all others they are.
+_NINES, _FAR_ABOVE = re.compile(r"\+?(?=.*9.*9.*9)9+\.?9*"), 10.0
+# A specular peak: around its direction, far above what is seen elsewhere.
+_OBLIQUE_DEG, _PEAK_DEG, _PEAK = 5.0, 6.0, 3.0
 WAVELENGTH_RANGE_NM = (100.0, 20000.0)
 _LARGEST_AZIMUTH_DEG = 1080.0
 # All of the incident light within 1e-8 sr, half an angle of 0.003 degrees: by diffraction, a beam of visible
@@ -37,13 +45,78 @@ def numbers(table: TextTable, index: int, name: str) -> np.ndarray:
         except ValueError:
             value = None
         if value is None:
-            thousands = _THOUSANDS.fullmatch(cell)
-            remedy = "write it without separators of thousands" if thousands else "remove the row"
+            remedy = _number_remedy(cell)
             raise refusal(table.source, f"'{cell}' is not a number; {remedy}", line, name)
         if not math.isfinite(value):
             raise refusal(table.source, f"'{cell}' is not finite; remove the row", line, name)
         values.append(value)
     return np.array(values)
+
+
+def _number_remedy(cell: str) -> str:
+    """What to do with a cell that is not a number."""
+    if _THOUSANDS.fullmatch(cell):
+        return "write it without separators of thousands"
+    if _is_number(plain := cell.translate(_DASHES)) and plain != cell:
+        return f"its sign is a dash; write {plain}"
+    if _is_number(plain := _EXPONENT.sub("e", cell)) and plain != cell:
+        return f"write {plain}"
+    if (found := _WITH_UNIT.fullmatch(cell)) is not None:
+        return f"write {found[1]}, and '{found[2]}' in the name of the column"
+    return "correct it, or remove the row if nothing was measured"
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        return math.isfinite(float(cell))
+    except ValueError:
+        return False
+
+
+def refuse_marks(table: TextTable, index: int) -> None:
+    """Reject values of nines only, such as 9999, far above all others: instruments mark gaps by them."""
+    cells = table.column(index)
+    marks = np.array([_NINES.fullmatch(cell) is not None for cell in cells])
+    if not marks.any() or marks.all():
+        return
+    values = np.abs(numbers(table, index, "bsdf_per_sr"))
+    largest = values[~marks].max()
+    found = np.flatnonzero(marks & (values > _FAR_ABOVE * largest))
+    if found.size:
+        n = "" if found.size == 1 else f" ({found.size} such rows)"
+        cell, line = cells[found[0]], table.lines[found[0]]
+        what = "empty the cell" if table.is_matrix else f"remove the row{n}"
+        written = cell if "." in cell else f"{cell}."
+        text = (
+            f"'{cell}' is a mark of a missing value, as no other value exceeds {largest:g}; {what}, or write "
+            f"{written}0 if it was measured"
+        )
+        raise refusal(table.source, text, line, "bsdf_per_sr")
+
+
+def refuse_peak_at_source(
+    table: TextTable, directions: tuple[np.ndarray, ...], bsdf: np.ndarray, heading: str
+) -> None:
+    """Reject azimuths by another name than `phi_deg` by which a specular peak is on the side of the source.
+
+    Programs count azimuths from the source or from the specular direction.
+    """
+    if not heading:
+        return
+    theta_i_deg, theta_o_deg, phi_deg, _, is_transmission = directions
+    reflected = ~is_transmission & (bsdf > 0) & (theta_i_deg > _OBLIQUE_DEG)
+    forward = angular_distance_deg(theta_o_deg, phi_deg, theta_i_deg, 180.0) < _PEAK_DEG
+    backward = angular_distance_deg(theta_o_deg, phi_deg, theta_i_deg, 0.0) < _PEAK_DEG
+    elsewhere = bsdf[reflected & ~forward & ~backward]
+    at_source, at_specular = (np.max(bsdf[reflected & near], initial=0.0) for near in (backward, forward))
+    if elsewhere.size and at_source > _PEAK * max(at_specular, float(np.median(elsewhere))):
+        line = table.lines[np.flatnonzero(reflected & backward)[np.argmax(bsdf[reflected & backward])]]
+        text = (
+            f"the largest value, {at_source:g}, is on the side of the source, where phi_deg is 0; if this "
+            "column is 0 on the specular side, add 180 and name it phi_deg; if it is right, state it: "
+            f'--columns "phi_deg={heading}" (in Python: columns={{"phi_deg": {heading!r}}})'
+        )
+        raise refusal(table.source, text, line, heading)
 
 
 def sides(table: TextTable, index: int, notes: list[str]) -> np.ndarray:
@@ -88,8 +161,10 @@ def _multiples(values, step, tolerance):
     return np.abs(values - step * np.round(values / step)) <= tolerance
 
 
-def polar_angles(table: TextTable, values: np.ndarray, name: str) -> np.ndarray:
-    """Polar angles, 0 to 90 degrees."""
+def polar_angles(
+    table: TextTable, values: np.ndarray, name: str, without_azimuth: bool = False
+) -> np.ndarray:
+    """Polar angles, 0 to 90 degrees; a table without azimuths has the side of the source in signs."""
     bad = np.flatnonzero((values < 0) | (values > 90))
     if bad.size:
         value = values[bad[0]]
@@ -97,6 +172,13 @@ def polar_angles(table: TextTable, values: np.ndarray, name: str) -> np.ndarray:
             remedy = f"write {-value:g} and add 180 to phi_deg"
             if name == "theta_o_deg":
                 remedy += ", in all such rows with --signed-angles (in Python: signed_angles=True)"
+            elif without_azimuth:
+                remedy = (
+                    f"write {-value:g}, and theta_o_deg with its sign if the specular direction is "
+                    f"{-value:g} there, or with the other sign if it is {value:g}"
+                )
+        elif name == "theta_o_deg" and 180 < value < 360:
+            remedy = f"it is {value - 360:g}: with --signed-angles, write {_through(value - 360)}"
         elif value <= 180:
             remedy = f"measured from the normal of the side on which the light leaves, it is {180 - value:g}"
         else:
@@ -104,6 +186,27 @@ def polar_angles(table: TextTable, values: np.ndarray, name: str) -> np.ndarray:
         text = f"{value:g} is outside the range 0 to 90 degrees; {remedy}"
         raise refusal(table.source, text, table.lines[bad[0]], name)
     return values + 0.0  # no negative zero
+
+
+def refuse_through(table: TextTable, signed_deg: np.ndarray) -> None:
+    """Reject signed polar angles of view beyond 90 degrees: that light has passed the sample."""
+    bad = np.flatnonzero(np.abs(signed_deg) > 90)
+    if not bad.size:
+        return
+    value, line = signed_deg[bad[0]], table.lines[bad[0]]
+    turned = value - 360 * np.sign(value) if abs(value) > 180 else value
+    if abs(turned) > 180:
+        raise refusal(table.source, f"{value:g} is beyond a full turn; correct the row", line, "theta_o_deg")
+    text = f"{value:g} is outside the range -90 to 90 degrees; write {_through(turned)}"
+    raise refusal(table.source, text, line, "theta_o_deg")
+
+
+def _through(signed_deg: float) -> str:
+    """A signed angle, from the normal on the lit side, as it is from the normal where the light leaves."""
+    if abs(signed_deg) <= 90:
+        return f"{signed_deg:g}"
+    other = np.sign(signed_deg) * (180 - abs(signed_deg))
+    return f"{other:g}, from the normal of the other side, with side T"
 
 
 def azimuths(table: TextTable, values: np.ndarray, notes: list[str]) -> np.ndarray:

@@ -5,8 +5,21 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from jaxink.measurement.names import SIDES, is_cosine, meaning, plain_name, side_of, unit_problem
-from jaxink.measurement.table import TextTable, refusal
+from jaxink.errors import InputRefusedError
+from jaxink.measurement.names import (
+    SIDES,
+    is_angle,
+    is_cosine,
+    is_cosine_product,
+    is_known_unit,
+    meaning,
+    name_and_unit,
+    other_quantity,
+    plain_name,
+    side_of,
+    unit_problem,
+)
+from jaxink.measurement.table import TextTable, is_number, refusal
 
 ANGLES = ("theta_i_deg", "theta_o_deg", "phi_deg")
 REQUIRED = (*ANGLES, "wavelength_nm", "side", "bsdf_per_sr")
@@ -59,7 +72,7 @@ def option_words(stated: Mapping[str, Any]) -> list[str]:
 
 
 def match_columns(
-    table: TextTable, columns: dict[str, str], supplied: tuple[str, ...]
+    table: TextTable, columns: dict[str, str], supplied: tuple[str, ...], cosine_weighted: bool = False
 ) -> tuple[dict[str, int], dict[str, int], list[str]]:
     """Find the known columns of a table.
 
@@ -71,6 +84,8 @@ def match_columns(
         Name in the file of each known column that the caller renames.
     supplied
         Known columns that may be absent because the caller gives one value for all rows.
+    cosine_weighted
+        Whether the caller says that the values are the BSDF times a cosine.
 
     Returns
     -------
@@ -83,7 +98,7 @@ def match_columns(
         If a required column is missing, misspelt, duplicated, or in another unit.
     """
     notes: list[str] = []
-    named = _named(table, columns, notes)
+    named = _named(table, columns, cosine_weighted, notes)
     known = dict(named)
     extra: dict[str, int] = {}
     for index, name in enumerate(table.names):
@@ -92,18 +107,19 @@ def match_columns(
         if not name:
             _drop_blank_column(table, index, notes)
         elif name in extra or plain_name(name) in named:
-            raise refusal(table.source, "the column occurs twice in the header", column=plain_name(name))
+            raise _twice(table, plain_name(name))
         else:
             extra[name] = index
     _refuse_other_units(table, known, extra)
-    _find_by_meaning(table, known, extra, supplied, notes)
+    _find_by_meaning(table, known, extra, supplied, cosine_weighted, notes)
+    _refuse_other_quantities(table, known, extra, supplied)
     _refuse_misspelt(table, known, extra, supplied)
     _refuse_azimuths(table, known, supplied)
     _refuse_missing(table, known, supplied)
     return known, extra, notes
 
 
-def _named(table, columns, notes) -> dict[str, int]:
+def _named(table, columns, cosine_weighted, notes) -> dict[str, int]:
     """Columns that the caller names, and those with the names of docs/manual/measurement-file.md."""
     named: dict[str, int] = {}
     for target, name in columns.items():
@@ -115,6 +131,7 @@ def _named(table, columns, notes) -> dict[str, int]:
             raise refusal(table.source, text, column=name)
         if table.names.index(name) in named.values():
             raise refusal(table.source, "columns assigns it to two quantities", column=name)
+        _refuse_name(table, target, name, cosine_weighted, is_stated=True)
         named[target] = table.names.index(name)
         notes.append(f"Column '{name}' is read as {target}, as requested by the caller.")
     stated = set(named.values())
@@ -123,18 +140,59 @@ def _named(table, columns, notes) -> dict[str, int]:
         if target not in KNOWN or index in stated:
             continue
         if target in named:
-            raise refusal(table.source, "the column occurs twice in the header", column=target)
+            raise _twice(table, target)
         named[target] = index
         if name != target:
             notes.append(f"Column '{name}' is read as {target}.")
     return named
 
 
-def _find_by_meaning(table, known, extra, supplied, notes) -> None:
+def _twice(table: TextTable, name: str) -> InputRefusedError:
+    text = (
+        "the column occurs twice in the header; rename or remove one, and put curves that stand side by side "
+        "below each other, with a column for what differs"
+    )
+    if table.titles and len(table.titles[-1][1].split(",")) > 1:
+        text += ", or one matrix for each heading in the row above, with it as a title"
+    return refusal(table.source, text, column=name)
+
+
+def _refuse_name(
+    table: TextTable, target: str, name: str, cosine_weighted: bool, is_stated: bool = False
+) -> None:
+    """Reject a column whose heading says that it is not this quantity, or is in another unit.
+
+    What the caller states does not change a unit; but what is no unit is then taken as a remark.
+    """
+    is_expected = cosine_weighted and target == "bsdf_per_sr" and is_cosine_product(name)
+    other = None if is_expected else other_quantity(target, name)
+    problem = None if other is None else other.of_column(target)
+    unit = name_and_unit(name)[1]
+    if problem is None and (not is_stated or is_known_unit(target, unit)):
+        problem = unit_problem(target, unit, f"; if it is right: {_stating(target, name)}")
+    if problem is not None:
+        raise refusal(table.source, problem, column=name)
+
+
+def _refuse_other_quantities(table, known, extra, supplied) -> None:
+    """Reject a column that would have to be converted where the quantity is missing."""
+    for target in ("bsdf_per_sr", "theta_o_deg", "theta_i_deg"):
+        if target in known or target in supplied:
+            continue
+        for name in extra:
+            is_named = target == "bsdf_per_sr" or is_angle(name)
+            if is_named and (other := other_quantity(target, name)) is not None:
+                raise refusal(table.source, other.of_column(target), column=name)
+
+
+def _find_by_meaning(table, known, extra, supplied, cosine_weighted, notes) -> None:
     """Move the columns with other names of known quantities from the extra ones to the known ones."""
     found: dict[str, list[tuple[str, str]]] = {}
     for name in extra:
-        if (meant := meaning(name)) is not None and meant[0] not in known:
+        meant = meaning(name)
+        if meant is None and cosine_weighted and is_cosine_product(name):
+            meant = "bsdf_per_sr", name_and_unit(name)[1]
+        if meant is not None and meant[0] not in known:
             found.setdefault(meant[0], []).append((name, meant[1]))
     for target, names in found.items():
         if target == "phi_deg" and "phi_o_deg" in {*known, *found} and "phi_i_deg" in {*known, *found}:
@@ -154,10 +212,10 @@ def _find_by_meaning(table, known, extra, supplied, notes) -> None:
                 f"rename the column if it is something else; if it is in 1/sr: {_stating(target, name)}"
             )
             raise refusal(table.source, text, column=name)
-        if (problem := unit_problem(target, unit)) is not None:
-            raise refusal(table.source, problem, column=name)
+        _refuse_name(table, target, name, cosine_weighted)
         known[target] = extra.pop(name)
-        notes.append(f"Column '{name}' is read as {target}.")
+        zero = ", whose 0 is the side of the source" if target == "phi_deg" else ""
+        notes.append(f"Column '{name}' is read as {target}{zero}.")
 
 
 def side_in_header(table: TextTable, known: dict[str, int]) -> str | None:
@@ -184,6 +242,13 @@ def _stating(target: str, name: str) -> str:
 
 
 def _drop_blank_column(table, index, notes):
+    first = [cell for cell in table.rows[0] if cell.strip()]
+    if sum(map(is_number, first)) * 2 < len(first):
+        text = (
+            f"the header has no name in column {index + 1}, and row {table.lines[0]} has names, too; write "
+            "one row of names, or below each other one matrix for each heading, with it as a title"
+        )
+        raise refusal(table.source, text, table.header_line)
     for line, cell in zip(table.lines, table.column(index), strict=True):
         if cell:
             text = f"the cell '{cell}' belongs to a column without a name; name the column"
@@ -258,9 +323,9 @@ def _refuse_missing(table, known, supplied):
     if (numbered := _numbered(table.names)) is not None:
         text = (
             f"{len(numbered)} columns are named {numbered[0]} to {numbered[-1]}; if each has the values of "
-            "a wavelength or an angle, put them behind the columns of the angles and name them by that "
-            "alone, such as 450 nm, to have them read as a matrix, or write one row for each value, in a "
-            f"column bsdf_per_sr (missing: {', '.join(missing)})"
+            "a wavelength or an angle, put them last, behind the columns of the angles, and name them by that "
+            "alone, such as 450 nm or AOI 30 deg, to have them read as a matrix, or write one row for each "
+            f"value, in a column bsdf_per_sr (missing: {', '.join(missing)})"
         )
         raise refusal(table.source, text)
     if {"value", "unit"} <= set(table.names):
@@ -287,7 +352,11 @@ def _numbered(names: Sequence[str]) -> list[str] | None:
         if (parts := _NUMBERED.fullmatch(name)) is not None:
             found.setdefault(parts[1], []).append(name)
     most = max(found.values(), key=len, default=[])
-    return most if len(most) > _FEWEST_NUMBERED and 2 * len(most) > len(names) else None
+    word = next((_NUMBERED.fullmatch(name) for name in most), None)
+    # Of values, or of numbers alone, two are enough.
+    is_clear = word is not None and len(most) > 1
+    is_clear = is_clear and (not word[1] or (meaning(word[1]) or ("",))[0] == "bsdf_per_sr")
+    return most if is_clear or (len(most) > _FEWEST_NUMBERED and 2 * len(most) > len(names)) else None
 
 
 def _remedies(table: TextTable, known: Mapping[str, int], missing: list[str]) -> str:

@@ -57,7 +57,8 @@ def refuse_several_conditions(data: GonioData, source: str = "") -> None:
 def _remedy(name: str, value: str | float) -> str:
     """What to do with the rows of several conditions: a project knows what some of them change."""
     cell = repr(value) if isinstance(value, str) else "''" if value != value else f"{value:.15g}"
-    one = f"keep the rows of one (in Python: rows={{{name!r}: {cell}}})"
+    bare = cell.strip("'")
+    one = f'keep the rows of one: --rows "{name}={bare}" (in Python: rows={{{name!r}: {cell}}})'
     return one if condition_of(name) is None else f"{IN_A_PROJECT}, {one}"
 
 

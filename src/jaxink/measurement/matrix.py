@@ -8,7 +8,7 @@ import numpy as np
 
 from jaxink.measurement.blocks import Block, Row, blocks_of, cell_at, width
 from jaxink.measurement.conditions import names_a_record
-from jaxink.measurement.names import UNITS, meaning, plain_unit, unit_problem
+from jaxink.measurement.names import UNITS, is_angle, meaning, other_quantity, plain_unit, unit_problem
 from jaxink.measurement.table import TextTable, is_number, refusal
 from jaxink.measurement.titles import COLUMNS, COORDINATES, ROWS, Fact, edge_cell, facts, refuse_other_values
 
@@ -66,6 +66,8 @@ def edges_of(source: str, block: Block, titles: Sequence[Fact], stated: Sequence
     heads = [block.header[1][j].strip() for j in block.leading]
     for head in heads:
         refuse_other_values(source, head, block.header[0])
+        if is_angle(head) and (other := other_quantity("theta_o_deg", head)) is not None:
+            raise refusal(source, other.of_column("theta_o_deg"), block.header[0], head)
     of_caller = _stated(source, stated, len(heads))
     rows = next(iter(found[ROWS]), None)
     columns = next(iter(found[COLUMNS]), None)
@@ -295,7 +297,9 @@ def table_of(
     if not cells:
         raise refusal(source, "its matrix has no value", blocks[0].header[0])
     told = _notes(blocks, edges, named, sum(b.empty for b in map(_size, blocks)))
-    return TextTable(source, names, cells, lines, blocks[0].header[0], (*notes, *told))
+    above = tuple((line, " ".join(filter(None, row))) for block in blocks for line, row in block.titles)
+    header = blocks[0].header[0]
+    return TextTable(source, names, cells, lines, header, (*notes, *told), titles=above, is_matrix=True)
 
 
 def _facts(source: str, block: Block) -> list[Fact]:

@@ -5,6 +5,7 @@ Case, accents, spaces and underscores do not count; Greek letters are read by th
 
 import re
 import unicodedata
+from typing import NamedTuple
 
 UNITS = {
     "deg": (
@@ -29,6 +30,13 @@ UNITS = {
         "sr^(-1)",
         "sr**-1",
         "sr⁻¹",
+        "sr-¹",
+        "steradian-1",
+        "steradian^-1",
+        # Of luminance coefficients.
+        "cd/m2/lx",
+        "cd/m^2/lx",
+        "cd/m²/lx",
         "persr",
         "per_sr",
         "1/steradian",
@@ -45,6 +53,28 @@ CONVERSIONS = {
     },
     "1/sr": {"%": "0.01, if it is per cent of 1/sr", "percent": "0.01, if it is per cent of 1/sr"}
     | {"%/sr": "0.01", "pct": "0.01, if it is per cent of 1/sr"},
+}
+# Of a signal or of another quantity: the BSDF does not follow from it by a factor that is known.
+_NO_BSDF_UNITS = {
+    *("v", "mv", "a", "ma", "na", "w", "mw", "w/sr", "mw/sr", "w/m2/sr", "w/m^2/sr", "w/(m2sr)"),
+    *("cd", "cd/m2", "cd/m^2", "cd/m²", "lx", "lux", "lm", "counts", "count", "cts", "cps", "adc", "db"),
+    *("a.u.", "au", "arb.u.", "arb.units"),
+}
+# Of a name of values, what says that they are the BSDF times a cosine, or a factor of a perfect diffuser.
+_COSINE = re.compile(
+    r"cos(?:ine)?[ _-]*(?:corrected|weighted)|corrected.*\bcos|\bcc_?b[rst]df|[*x×·]\s*cos"
+    r"|b[rst]df[ _]*cos\b",
+    re.IGNORECASE,
+)
+_FACTOR = re.compile(r"(?:reflectance|radiance|luminance|reflection|leuchtdichte)[ _-]*fa[ck]tor", re.I)
+_INTENSITY = re.compile(r"(?:radiant|luminous)[ _-]*intensity|lichtstärke|strahlstärke", re.IGNORECASE)
+# A unit with a power of ten before it.
+_POWER = re.compile(r"[x×*]?(?:10\^?|1e)(-?\d{1,2})[*×]?(.*)")
+# Angles that are not measured from the normal.
+_FROM_ELSEWHERE = {
+    "from the specular direction": re.compile(r"specular|glanzwinkel", re.IGNORECASE),
+    "from the surface": re.compile(r"elevation|grazing|from (?:the )?(?:surface|plane)", re.IGNORECASE),
+    "from the beam": re.compile(r"from (?:the )?(?:incident )?(?:beam|source|lamp)", re.IGNORECASE),
 }
 # Names of values that also say the side.
 _OF_SIDE = {
@@ -84,6 +114,11 @@ _ENDINGS = sorted(
     key=len,
     reverse=True,
 )
+
+
+def is_unit(cell: str) -> bool:
+    """Whether a cell is a unit, right or wrong, and nothing else."""
+    return any(plain_unit(cell) in (*UNITS[kind], *CONVERSIONS[kind]) for kind in UNITS)
 
 
 def plain_unit(cell: str) -> str:
@@ -189,15 +224,91 @@ def meaning(name: str) -> tuple[str, str] | None:
     return None if target is None else (target, unit)
 
 
-def unit_problem(target: str, unit: str) -> str | None:
-    """What is wrong with a unit for a quantity, and the remedy; None if it is right or absent."""
+def unit_problem(target: str, unit: str, if_right: str = "") -> str | None:
+    """What is wrong with a unit for a quantity, and the remedy; None if it is right or absent.
+
+    Parameters
+    ----------
+    target
+        The quantity.
+    unit
+        What a heading has in brackets, or at its end.
+    if_right
+        How the caller says that the unit is right, if it is none that is known: it may be a remark.
+    """
     word = plain_unit(unit)
     kind = UNIT_OF.get(target)
     if kind is None or word in ("", "-") or word in UNITS[kind]:
         return None
-    factor = CONVERSIONS[kind].get(word)
-    remedy = f"multiply the column by {factor}" if factor else f"convert the column to {kind}"
-    return f"the unit is '{unit.strip()}'; {remedy}, and name it {target}"
+    named = f"the unit is '{unit.strip()}'"
+    if target == "sigma_per_sr" and "%" in word:
+        return (
+            f"{named}; if it is per cent of the BSDF, multiply the column by 0.01 and by the BSDF, and name "
+            "it sigma_per_sr, or remove it and state relative in [noise] of the sample file"
+        )
+    if (factor := _factor_of(kind, word)) is not None:
+        return f"{named}; multiply the column by {factor}, and name it {target}"
+    if kind == "1/sr" and word in _NO_BSDF_UNITS:
+        return f"{named}, in which no BSDF is; convert the column to 1/sr, and name it {target}"
+    return f"{named}, which is not known; convert the column to {kind}, and name it {target}{if_right}"
+
+
+def is_known_unit(target: str, unit: str) -> bool:
+    """Whether a unit is right, or one that `unit_problem` knows to be wrong; else it may be a remark."""
+    kind, word = UNIT_OF.get(target, ""), plain_unit(unit)
+    known = {*UNITS.get(kind, ()), *(_NO_BSDF_UNITS if kind == "1/sr" else ())}
+    return word in known or _factor_of(kind, word) is not None or "%" in unit
+
+
+def _factor_of(kind: str, word: str) -> str | None:
+    """By which a column in this unit is multiplied; None if that is not known."""
+    if (factor := CONVERSIONS.get(kind, {}).get(word)) is not None:
+        return factor
+    power = _POWER.fullmatch(word)
+    is_multiple = power is not None and (
+        power[2] in UNITS.get(kind, ()) or f"/{power[2]}" in UNITS.get(kind, ())
+    )
+    return f"1e{int(power[1])}" if power is not None and is_multiple else None
+
+
+def is_cosine_product(name: str) -> bool:
+    """Whether a name of values says that they are the BSDF times a cosine."""
+    return _COSINE.search(name) is not None
+
+
+class Otherwise(NamedTuple):
+    """What a name says that values or angles are, and what turns them into what is wanted."""
+
+    what: str
+    remedy: str
+    is_cosine: bool = False
+
+    def of_column(self, target: str) -> str:
+        """Sentence on a column that would have to be this quantity."""
+        end = f"; if it is the BSDF itself, name it {target}" if self.is_cosine else f", and name it {target}"
+        return f"{self.what}; {self.remedy}{end}"
+
+    def of_title(self, title: str) -> str:
+        """Sentence on a title that says it of the values below."""
+        end = "; if it is the BSDF itself, remove" if self.is_cosine else ", and remove"
+        return f"the title '{title}' says that the table {self.what}; {self.remedy}{end} these words"
+
+
+def other_quantity(target: str, name: str) -> Otherwise | None:
+    """What a name says that a column is instead of a quantity; None if it says nothing against it."""
+    if target == "bsdf_per_sr":
+        if is_cosine_product(name):
+            remedy = "state it: --cosine-weighted (in Python: cosine_weighted=True)"
+            return Otherwise("holds the BSDF times a cosine", remedy, is_cosine=True)
+        if _FACTOR.search(name):
+            return Otherwise("holds factors of a perfect diffuser", "divide by pi")
+        if _INTENSITY.search(name):
+            return Otherwise("holds an intensity", "divide it by the incident flux and by cos(theta_o)")
+    if target in ("theta_i_deg", "theta_o_deg"):
+        for origin, words in _FROM_ELSEWHERE.items():
+            if words.search(name):
+                return Otherwise(f"holds angles {origin}", "convert them to angles from the normal")
+    return None
 
 
 def side_of(name: str) -> str | None:
@@ -233,6 +344,13 @@ def _side_of_ideographs(word: str) -> str | None:
     return next(
         (side for name, side in SIDES.items() if not name.isascii() and len(name) == 2 and name in word), None
     )
+
+
+def is_angle(name: str) -> bool:
+    """Whether a name is that of an angle, whichever."""
+    if plain_unit(name_and_unit(name)[1]) in UNITS["deg"]:
+        return True
+    return any(word in unicodedata.normalize("NFC", name.lower()) for word in _ANGLE_WORDS)
 
 
 def is_cosine(name: str) -> bool:

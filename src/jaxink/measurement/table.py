@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from jaxink.errors import InputRefusedError
-from jaxink.measurement.names import meaning
+from jaxink.measurement.names import is_unit, meaning
 
 # Every column that is kept becomes a variable of the result.
 MOST_COLUMNS = 1000
@@ -41,6 +41,10 @@ class TextTable:
         Sentences on what was changed.
     sheet_side
         ``R`` or ``T`` if the name of the sheet says so.
+    titles
+        Line number and text of the lines above the header.
+    is_matrix
+        Whether the values stood in a matrix, whose titles say what they are.
     """
 
     source: str
@@ -50,6 +54,8 @@ class TextTable:
     header_line: int
     notes: tuple[str, ...]
     sheet_side: str | None = None
+    titles: tuple[tuple[int, str], ...] = ()
+    is_matrix: bool = False
 
     def column(self, index: int) -> list[str]:
         """Cells of one column, stripped of white space."""
@@ -178,13 +184,24 @@ def header_position(source: str, rows: Sequence[Sequence[str]], lines: Sequence[
     counts = [sum(cell.strip() in renamed or meaning(cell) is not None for cell in row) for row in first]
     best = max(counts, default=0)
     if best < _NAMES:
-        return 0
+        return _position_above_values(rows)
     position = counts.index(best)
     for row, line in zip(first[:position], lines, strict=False):
         if sum(is_number(cell) for cell in row) >= _VALUES:
             text = f"contains values, but is above the header in row {lines[position]}; put the header first"
             raise refusal(source, text, line)
     return position
+
+
+def _position_above_values(rows: Sequence[Sequence[str]]) -> int:
+    """Position of the first row of names, as many as there are values below; 0 if there is none."""
+    for position, (row, below) in enumerate(zip(rows[:MOST_TITLE_LINES], rows[1:], strict=False)):
+        if any(map(is_number, row)):
+            return 0
+        if len(row) > 1 and len(row) == len(below) and sum(map(is_number, below)) > 1:
+            has_units = position > 0 and any(is_unit(cell) for cell in row)
+            return position - 1 if has_units and len(rows[position - 1]) == len(row) else position
+    return 0
 
 
 def title_note(skipped: Sequence[int], header_line: int) -> list[str]:

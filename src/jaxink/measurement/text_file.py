@@ -14,11 +14,13 @@ from jaxink.files.writing import written_whole
 from jaxink.measurement import matrix
 from jaxink.measurement.blocks import starts_a_matrix
 from jaxink.measurement.dataset import GonioData
+from jaxink.measurement.stacked import NamedRows, one_below_the_other
 from jaxink.measurement.table import (
     AS_CSV,
     MOST_TITLE_LINES,
     TextTable,
     header_position,
+    is_number,
     refusal,
     require_names,
     title_note,
@@ -129,8 +131,8 @@ def read_table(path: Path, renamed: Collection[str] = (), edges: Sequence[str] |
         kind = "contains only comments" if comments else "is empty"
         raise refusal(path, f"{kind}; it must have a header row and data rows")
     filled = filled[_header(path, lines, filled, renamed) :]
-    titles = [number + 1 for number, line in enumerate(lines[: filled[0]]) if line.strip()]
-    notes += title_note(titles, filled[0] + 1)
+    titles = tuple((n, line.strip()) for n, line in enumerate(lines[: filled[0]], 1) if line.strip())
+    notes += title_note([number for number, _ in titles], filled[0] + 1)
     # Emptied rather than removed, to keep the line numbers of the file.
     lines[: filled[0]] = [""] * filled[0]
     if any(not lines[number].strip() for number in range(filled[0], filled[-1])):
@@ -142,11 +144,12 @@ def read_table(path: Path, renamed: Collection[str] = (), edges: Sequence[str] |
     header, *rows = rows
     names = tuple(name.strip() for name in header)
     require_names(str(path), names, numbers[0], comments)
-    _check_lengths(path, header, rows, numbers[1:], delimiter)
-    if not rows:
+    below = one_below_the_other(str(path), NamedRows(names, numbers[1:], rows), titles, notes)
+    if not below.cells:
         raise refusal(path, "has a header but no data rows")
-    cells = tuple(tuple(row) for row in rows)
-    return TextTable(str(path), names, cells, np.array(numbers[1:]), numbers[0], tuple(notes))
+    full = _of_equal_length(path, below, delimiter, notes)
+    where = np.array(below.numbers)
+    return TextTable(str(path), below.names, full, where, numbers[0], tuple(notes), titles=titles)
 
 
 def _matrix(path: Path, lines: list[str], edges: Sequence[str] | None, notes: list[str]) -> TextTable | None:
@@ -196,7 +199,7 @@ def lines_of(path: str | Path, content: bytes, notes: list[str]) -> list[str]:
         raise refusal(
             path, f"contains a zero byte; it is a binary file, not CSV text; {FROM_ITS_SOURCE}", row
         )
-    return io.StringIO(text, newline=None).read().split("\n")
+    return io.StringIO(text.replace("\N{MINUS SIGN}", "-"), newline=None).read().split("\n")
 
 
 def _decoded(path: str | Path, content: bytes, notes: list[str]) -> str:
@@ -260,16 +263,30 @@ def _parsed(path, lines, delimiter) -> tuple[list[int], list[list[str]]]:
     return numbers, rows
 
 
-def _check_lengths(path, header, rows, numbers, delimiter):
-    for number, row in zip(numbers, rows, strict=True):
-        if len(row) == len(header):
-            continue
-        hint = ""
-        if delimiter == "," and len(row) > len(header):
-            hint = (
-                "; if it has decimal commas, separate the columns by semicolons, or write 0.5 instead of 0,5"
-            )
-        elif len(row) < len(header):
-            hint = "; a cell that is empty still needs its separator"
-        text = f"has {len(row)} cells, but the header has {len(header)}{hint}"
-        raise refusal(path, text, number)
+def _of_equal_length(path, table: NamedRows, delimiter: str, notes: list[str]) -> tuple[tuple[str, ...], ...]:
+    """The rows without empty cells beyond the header; others of another length are rejected."""
+    full, cut = [], 0
+    for number, row in zip(table.numbers, table.cells, strict=True):
+        n = len(table.names)
+        if len(row) > n and not any(cell.strip() for cell in row[n:]):
+            row, cut = row[:n], cut + 1
+        if len(row) != n:
+            raise refusal(path, _other_length(row, n, delimiter), number)
+        full.append(tuple(row))
+    if cut:
+        rows = "1 row ends" if cut == 1 else f"{cut} rows end"
+        notes.append(f"{rows} with an empty cell beyond the header, which was ignored.")
+    return tuple(full)
+
+
+def _other_length(row: list[str], n: int, delimiter: str) -> str:
+    """What is wrong with a row of more or fewer cells than the header."""
+    cells = "1 cell" if len(row) == 1 else f"{len(row)} cells"
+    text = f"has {cells}, but the header has {n}"
+    if not any(map(is_number, row)):
+        return f"{text}; remove it if it is no row of the table"
+    if len(row) < n:
+        return f"{text}; a cell that is empty still needs its separator"
+    if delimiter == ",":
+        text += "; if it has decimal commas, separate the columns by semicolons, or write 0.5 instead of 0,5"
+    return text

@@ -14,7 +14,7 @@ from jaxink.measurement.columns import ANGLES, OPTIONS, match_columns, side_in_h
 from jaxink.measurement.conditions import refuse_several_conditions
 from jaxink.measurement.dataset import GonioData
 from jaxink.measurement.masks import value_bits, value_notes
-from jaxink.measurement.names import meaning
+from jaxink.measurement.names import meaning, other_quantity, plain_name
 from jaxink.measurement.pairs import direction_groups
 from jaxink.measurement.rows import (
     Conditions,
@@ -99,6 +99,8 @@ def measurement_of(table: TextTable, stated: ReadOptions) -> GonioData:
     angles = _angles(table, known, stated.signed_angles, notes)
     divided = _cosine(table, angles["theta_o_deg"], stated.cosine_weighted, notes)
     has_values = "bsdf_per_sr" in known
+    if has_values:
+        checks.refuse_marks(table, known["bsdf_per_sr"])
     bsdf = _per_sr(table, known, "bsdf_per_sr", divided) if has_values else np.zeros(len(table.rows))
     sigma = _sigma(table, known, divided, notes)
     wavelength_nm = _wavelength(table, known, stated.wavelength_nm, notes)
@@ -119,6 +121,7 @@ def measurement_of(table: TextTable, stated: ReadOptions) -> GonioData:
         return data.replace(notes=[*notes, "The table has directions, but no values of the BSDF."])
     checks.refuse_nothing_or_excess(table, directions, bsdf, data.scan_index, data.mask)
     refuse_several_conditions(data, table.source)
+    checks.refuse_peak_at_source(table, directions, bsdf, _name_of_azimuth(table, known, stated))
     notes += [*value_notes(data.mask, directions, data.row), *_order_notes(data), *_repeat_notes(table, data)]
     return data.replace(notes=notes)
 
@@ -140,10 +143,23 @@ def _understood(
         )
         raise refusal(table.source, text, table.header_line)
     table, constant_notes = _with_constants(table, stated)
-    known, extra, column_notes = match_columns(table, dict(stated.columns), stated.supplied)
+    known, extra, column_notes = match_columns(
+        table, dict(stated.columns), stated.supplied, stated.cosine_weighted
+    )
+    _refuse_titles(table, stated.cosine_weighted)
     notes = [*table.notes, *constant_notes, *column_notes]
     table = without_units(table, known, notes)
     return with_decimal_points(table, known, extra, notes), known, extra, notes
+
+
+def _refuse_titles(table: TextTable, cosine_weighted: bool) -> None:
+    """Reject a title that says that the values are another quantity than the caller says."""
+    for line, title in table.titles:
+        # A table names its values in the header, but seldom says there that they contain a cosine.
+        other = other_quantity("bsdf_per_sr", title)
+        if other is None or (cosine_weighted if other.is_cosine else not table.is_matrix):
+            continue
+        raise refusal(table.source, other.of_title(title), line)
 
 
 def _with_constants(table: TextTable, stated: ReadOptions) -> tuple[TextTable, list[str]]:
@@ -177,12 +193,19 @@ def _angles(table: TextTable, known, signed: bool, notes) -> dict[str, Any]:
         # In the plane of incidence, on the specular side.
         angles["phi_deg"] = np.zeros(len(table.rows))
     checks.refuse_radians(table, angles)
-    angles["theta_i_deg"] = checks.polar_angles(table, angles["theta_i_deg"], "theta_i_deg")
+    angles["theta_i_deg"] = checks.polar_angles(table, angles["theta_i_deg"], "theta_i_deg", derived)
     angles["phi_deg"] = checks.azimuths(table, angles["phi_deg"] + 180.0 * derived, notes)
     if signed:
+        checks.refuse_through(table, angles["theta_o_deg"])
         angles |= unsigned_directions(table, angles, derived, notes)
     angles["theta_o_deg"] = checks.polar_angles(table, angles["theta_o_deg"], "theta_o_deg")
     return angles
+
+
+def _name_of_azimuth(table: TextTable, known: Mapping[str, int], stated: ReadOptions) -> str:
+    """Heading of the relative azimuth, unless it is its name here or the caller states it; else empty."""
+    name = table.names[known["phi_deg"]] if "phi_deg" in known else ""
+    return "" if plain_name(name) == "phi_deg" or name == stated.columns.get("phi_deg") else name
 
 
 def _cosine(table: TextTable, theta_o_deg: np.ndarray, weighted: bool, notes) -> np.ndarray | float:
