@@ -25,7 +25,7 @@ def run_convert(data_files: Sequence[Path], out: Path, columns: dict[str, Any], 
     if any(file.exists() and out.exists() and file.samefile(out) for file in data_files):
         raise InputRefusedError(f"{shown_path(out)}: is read, too; give another name for the result.")
     data = read(data_files, **columns)
-    refuse_other_samples(data, "Convert the files of different samples one by one")
+    refuse_other_samples(data, "Convert the files of different samples one by one", within_files=False)
     names = ", ".join(file.name for file in data_files)
     write_csv(data, out, [f"Converted by jaxink {installed_version()} from {names}.", *data.notes])
     if not quiet:

@@ -63,8 +63,8 @@ def run_init(
     data = jaxink.read(data_files, **columns)
     refuse_other_samples(
         data,
-        "Write a sample file for each; if it is one sample, give one of the files here, and state as "
-        "relative in [noise] how well its readings reproduce",
+        "Write a sample file for each; if it is one sample, give one of the files or rows (--rows "
+        "COLUMN=VALUE) here, and state as relative in [noise] how well its readings reproduce",
     )
     command = CommandLine(
         "init",

@@ -323,9 +323,9 @@ def _refuse_missing(table, known, supplied):
     if (numbered := _numbered(table.names)) is not None:
         text = (
             f"{len(numbered)} columns are named {numbered[0]} to {numbered[-1]}; if each has the values of "
-            "a wavelength or an angle, put them last, behind the columns of the angles, and name them by that "
-            "alone, such as 450 nm or AOI 30 deg, to have them read as a matrix, or write one row for each "
-            f"value, in a column bsdf_per_sr (missing: {', '.join(missing)})"
+            "a wavelength or an angle, put them last, behind the columns of angles, and name them by "
+            "that alone, such as 450 nm or AOI 30 deg, to have them read as a matrix, or write a row for "
+            f"each value, in a column bsdf_per_sr (missing: {', '.join(missing)})"
         )
         raise refusal(table.source, text)
     if {"value", "unit"} <= set(table.names):

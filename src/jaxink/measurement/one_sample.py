@@ -20,8 +20,8 @@ _FEWEST_REPEATS = 10
 _ORDINALS = ("first", "second", "third", "fourth", "fifth")
 _MOST_REPEATS = len(_ORDINALS)
 _REMEDY = (
-    "Fit different samples one by one; if it is the same, state as relative in [noise] how well its readings "
-    "reproduce"
+    "Fit different samples one by one (of one file, by --rows COLUMN=VALUE); if it is the same, state as "
+    "relative in [noise] how well its readings reproduce"
 )
 
 
@@ -32,7 +32,7 @@ class _Series(NamedTuple):
     words: str
 
 
-def refuse_other_samples(data: GonioData, remedy: str = _REMEDY) -> None:
+def refuse_other_samples(data: GonioData, remedy: str = _REMEDY, within_files: bool = True) -> None:
     """Refuse readings of which one series is consistently larger than another one, in the same directions.
 
     The series are joined files, and within each file the first readings of the directions, the second ones,
@@ -45,6 +45,8 @@ def refuse_other_samples(data: GonioData, remedy: str = _REMEDY) -> None:
         The measurement.
     remedy
         Last sentence of the message.
+    within_files
+        Whether readings of one file are compared, too.
 
     Raises
     ------
@@ -52,7 +54,7 @@ def refuse_other_samples(data: GonioData, remedy: str = _REMEDY) -> None:
         The message names the two series, the side and wavelength, the factor, and two such readings.
     """
     group, worst = direction_groups(data), None
-    for first, second, fewest in _compared(data, group):
+    for first, second, fewest in _compared(data, group, within_files):
         pairs = _pairs(first.points, second.points, group)
         if not pairs.size:
             continue
@@ -76,7 +78,9 @@ def refuse_other_samples(data: GonioData, remedy: str = _REMEDY) -> None:
     )
 
 
-def _compared(data: GonioData, group: Int[np.ndarray, " points"]) -> Iterator[tuple[_Series, _Series, int]]:
+def _compared(
+    data: GonioData, group: Int[np.ndarray, " points"], within_files: bool
+) -> Iterator[tuple[_Series, _Series, int]]:
     """Pairs of series, and the fewest directions in common that tell them apart."""
     here = np.flatnonzero(data.used & (data.bsdf_per_sr > 0))
     if FILE_COLUMN in data.extra:
@@ -87,7 +91,7 @@ def _compared(data: GonioData, group: Int[np.ndarray, " points"]) -> Iterator[tu
             yield of_first, _Series(files[second], f"readings of {names[second]}"), _FEWEST
     else:
         files = [here]
-    for points in files:
+    for points in files if within_files else ():
         number = _numbers_of_repeats(group[points])
         of_first = _Series(points[number == 0], "the first ones")
         for k in range(1, min(int(number.max(initial=0)) + 1, _MOST_REPEATS)):

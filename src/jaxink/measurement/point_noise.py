@@ -25,8 +25,8 @@ SIGMA_TOLERANCE = 1.1
 # readings of different samples.
 _TIMES_OTHERS = 5.0
 _REMEDY_OF_SIGMA = (
-    "Fit different samples one by one; if it is the same, set use_file_sigma = false in [noise], and state "
-    "as relative how well its readings reproduce"
+    "Fit different samples one by one (of one file, by --rows COLUMN=VALUE); if it is the same, set "
+    "use_file_sigma = false in [noise], and state as relative how well its readings reproduce"
 )
 
 
