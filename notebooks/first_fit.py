@@ -100,6 +100,6 @@ for name, truth in SIMULATED_TRUTH.items():
 # ## From here
 #
 # A saved result is a folder that every command takes: `result.save("result")`, then `jaxink export result
-# --format zemax --out files`. Other notebooks show [what to do when the model does not
+# --format csv --out files`. Other notebooks show [what to do when the model does not
 # fit](closing_the_loop.py), [the ink in a ray tracer](inside_and_mitsuba.py), and [the forward
 # model](forward_model.py) that was fitted here.

@@ -39,6 +39,10 @@ class NoSuchNameError(InputRefusedError, KeyError):
     __str__ = Exception.__str__
 
 
+class NotConvergedError(InputRefusedError):
+    """A fit that others begin from has not found a minimum; the message says what may help."""
+
+
 class NotFiniteError(JaxinkError, FloatingPointError):
     """A model or its derivatives are not finite where a computation cannot go on without them."""
 

@@ -3,6 +3,7 @@
 import json
 import shutil
 import tomllib
+import types
 
 import numpy as np
 import pytest
@@ -48,6 +49,7 @@ def test_json_is_the_result_file(run, project_folder, tmp_path):  # noqa: F811
     [
         (("--sample", "ink.toml"), "--sample"),
         (("--side", "R"), "side"),
+        (("--rows", "side=R", "--side", "R"), "`rows`"),
         (("other.csv",), "other"),
     ],
 )
@@ -57,17 +59,42 @@ def test_what_a_project_states_itself_is_refused(run, more, named, project_folde
     told(done.stderr, "project.toml", named)
 
 
+def test_a_prediction_of_a_project_takes_a_folder(run, project_folder, tmp_path, told):  # noqa: F811
+    done = run("predict", project_folder / "project.toml", "--out", tmp_path / "all.csv")
+    assert done.exit_code == 5
+    assert "--measurement" not in told(done.stderr, "all.csv", "give a folder")
+
+
 def test_a_measurement_needs_a_sample(run, project_folder, tmp_path, told):  # noqa: F811
     done = run("fit", project_folder / "thin.csv", "--out", tmp_path / "out")
     assert done.exit_code == 5
     told(done.stderr, "--sample")
 
 
-@pytest.mark.parametrize("option", [("--sample", "ink.toml"), ("--resume",), ("--time-limit", "60")])
+@pytest.mark.parametrize(
+    "option",
+    [
+        ("--sample", "ink.toml"),
+        ("--resume",),
+        ("--time-limit", "60"),
+        ("--level", "0.1"),
+        ("--bootstrap", "10"),
+        ("--max-parameters", "2"),
+        ("--seed", "1"),
+    ],
+)
 def test_what_a_project_takes_no_option_for(run, project_folder, tmp_path, option, told):  # noqa: F811
     done = run("diagnose", project_folder / "project.toml", *option, "--out", tmp_path / "out")
     assert done.exit_code == 5
     told(done.stderr, option[0])
+
+
+def test_a_joint_fit_without_a_minimum_is_not_diagnosed(run, project_folder, tmp_path, monkeypatch, told):  # noqa: F811
+    stopped = types.SimpleNamespace(outcome=jaxink.fitting.Outcome.STALLED)
+    monkeypatch.setattr("jaxink.diagnosis.joint.search.fit_project", lambda *_: stopped)
+    done = run("diagnose", project_folder / "project.toml", "--out", tmp_path / "out")
+    assert done.exit_code == 4
+    told(done.stderr, "no minimum", "start values")
 
 
 def test_a_project_is_diagnosed(run, project_folder, tmp_path):  # noqa: F811

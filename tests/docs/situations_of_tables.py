@@ -212,6 +212,8 @@ TABLES = (
             )
         },
         named=("polarisation",),
+        then="--rows polarisation=s",
+        then_values=10,
     ),
     Situation(
         "an empty cell",

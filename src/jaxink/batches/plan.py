@@ -86,6 +86,7 @@ READING = {
     "theta_i_deg": Entry("a number, or a list", "-", "angle of incidence, if the files do not state it"),
     "specular_phi_deg": Entry("a number", "-", "azimuth of the specular direction"),
     "cosine_weighted": Entry("`true` or `false`", "-", "the values are the BSDF times cos(theta_o)"),
+    "scale": Entry("a number", "-", "factor that makes the values BSDFs, if the files state none"),
     "every": Entry("an integer", "-", "every n-th angle of each axis only"),
     "columns": Entry("a table", "-", 'headers of columns that have other names: `{ theta_o_deg = "arm" }`'),
 }
@@ -101,7 +102,7 @@ LIMITS = {
         "GiB",
         0.1,
         1e5,
-        otherwise="the machine's, divided by the workers; unlimited with a scheduler of your own",
+        otherwise="90 % of the machine's, divided by the workers; unlimited with a scheduler of your own",
         meaning="most memory of the process of a worker; it is ended above it",
     ),
 }

@@ -17,7 +17,7 @@ app = typer.Typer(
     name="jaxink",
     help="Optical properties of printed and painted inks from goniometer BSDF measurements.",
     epilog="Exit codes: 0 fitted, 3 unexplained misfit, 4 did not converge, 5 invalid input, "
-    "6 ended by its time limit or a lost scheduler, 2 unknown option, 1 anything else.",
+    "6 ended by its time limit or a lost scheduler, 2 unknown option, 130 interrupted, 1 anything else.",
     add_completion=False,
     no_args_is_help=True,
     pretty_exceptions_enable=False,

@@ -15,11 +15,22 @@ from jaxink.files.result_folder import JOINT_REPORT, require_not_replaced
 from jaxink.files.writing import require_folder
 from jaxink.numerics.failures import Failures
 
+# Options of the diagnosis of one measurement, which the joint one does not heed.
+_OF_ONE = {
+    "--max-parameters": "max_parameters",
+    "--level": "level",
+    "--bootstrap": "n_bootstrap",
+    "--seed": "seed",
+    "--time-limit": "time_limit_s",
+}
+
 
 def require_searches_in_one_go(choices: dict[str, Any], is_resumed: bool) -> None:
     """Reject options of a diagnosis that only that of one measurement has."""
-    for option, value in (("--time-limit", choices["time_limit_s"]), ("--resume", is_resumed or None)):
-        if value is not None:
+    usual = jaxink.DiagnosisOptions()
+    stated = {option: choices[name] != getattr(usual, name) for option, name in _OF_ONE.items()}
+    for option, is_given in (stated | {"--resume": is_resumed}).items():
+        if is_given:
             raise InputRefusedError(f"{option} is for the diagnosis of one measurement; leave it out.")
 
 

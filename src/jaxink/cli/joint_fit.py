@@ -30,9 +30,12 @@ def require_project_alone(files: Sequence[Path], columns: dict[str, Any], sample
     if sample_file is not None:
         raise InputRefusedError(f"{files[0]} is a project file, which names its sample; leave out --sample.")
     if columns:
+        # Which rows are read is stated beside how.
+        reading = [name for name in columns if name != "rows"]
+        where = [f"{', '.join(reading)} in the table `reading`"] if reading else []
+        where += ["`rows`"] if "rows" in columns else []
         raise InputRefusedError(
-            f"{files[0]} is a project file; state {', '.join(columns)} in the table `reading` of its "
-            "measurements."
+            f"{files[0]} is a project file; state {' and '.join(where)} of its measurements."
         )
     return files[0]
 

@@ -50,9 +50,10 @@ def run_joint_predict(
             f"--set {settings[0]}: a value is set in the sample of one measurement; {remedy}."
         )
     if out.suffix in (".csv", ".nc"):
+        other = "" if is_project else ", or add --measurement NAME"
         raise InputRefusedError(
             f"{shown_path(out)}: names one file, but all measurements of {shown_path(source)} are predicted; "
-            "give a folder, or add --measurement NAME."
+            f"give a folder{other}."
         )
     require_folder(out)
     wanted = _of_project(source) if is_project else _of_result(source, accuracy)

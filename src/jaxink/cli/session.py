@@ -17,7 +17,7 @@ from typing import Any, NoReturn
 import typer
 
 from jaxink.cli.progress_lines import ProgressLines
-from jaxink.errors import InputRefusedError, JaxinkError
+from jaxink.errors import InputRefusedError, JaxinkError, NotConvergedError
 from jaxink.numerics.failures import Failures
 from jaxink.numerics.program_store import FATAL_ONLY, JAX_LOG_LEVEL, LOG_LEVEL, limit_xla_log
 from jaxink.numerics.progress import Progress
@@ -111,6 +111,8 @@ def one_sentence(debug: bool = False) -> Iterator[None]:
     except AdvisedError as problem:
         advice = (f"\n{what}:\n  {command}" for what, command in problem.commands)
         _fail("".join([str(problem), *advice]), problem.code)
+    except NotConvergedError as problem:
+        _fail(str(problem), ExitCode.NOT_CONVERGED)
     except InputRefusedError as problem:
         _fail(str(problem), ExitCode.REFUSED)
     except JaxinkError as problem:

@@ -352,10 +352,9 @@ def _numbered(names: Sequence[str]) -> list[str] | None:
         if (parts := _NUMBERED.fullmatch(name)) is not None:
             found.setdefault(parts[1], []).append(name)
     most = max(found.values(), key=len, default=[])
-    word = next((_NUMBERED.fullmatch(name) for name in most), None)
+    word = max(found, key=lambda name: len(found[name]), default="")
     # Of values, or of numbers alone, two are enough.
-    is_clear = word is not None and len(most) > 1
-    is_clear = is_clear and (not word[1] or (meaning(word[1]) or ("",))[0] == "bsdf_per_sr")
+    is_clear = len(most) > 1 and (not word or (meaning(word) or ("",))[0] == "bsdf_per_sr")
     return most if is_clear or (len(most) > _FEWEST_NUMBERED and 2 * len(most) > len(names)) else None
 
 

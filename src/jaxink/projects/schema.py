@@ -72,6 +72,7 @@ READING = (
     "theta_i_deg",
     "specular_phi_deg",
     "cosine_weighted",
+    "scale",
     "every",
     "columns",
 )

@@ -143,8 +143,8 @@ MIE = {
         1e5,
         scale="log",
         multimodal=True,
-        meaning="radius; if free, a gradient-based fit first scans its range, as the misfit may have many "
-        "minima",
+        meaning="radius; the range of the first one that is free is scanned before a gradient-based fit, as "
+        "the misfit may have many minima",
     ),
     "volume_fraction": Quantity("", 0.0, 0.74, scale="log", meaning="volume of spheres over volume of ink"),
     "particle_index": Quantity("", 0.5, 5.0, dispersive=True, meaning="real part of the refractive index"),
@@ -163,8 +163,8 @@ SIZE_DISTRIBUTION = {
         # Scattering first increases and then decreases with the variance: several values may fit.
         multimodal=True,
         meaning="variance of ln(radius), the squared logarithm of the geometric standard deviation: 0.0091 "
-        "for 1.1, 0.033 for 1.2, 0.069 for 1.3, 0.164 for 1.5; if free, a gradient-based fit first scans its "
-        "range",
+        "for 1.1, 0.033 for 1.2, 0.069 for 1.3, 0.164 for 1.5; if it is free and no radius is, its range is "
+        "scanned before a gradient-based fit",
     )
 }
 MIE_LAYER = {

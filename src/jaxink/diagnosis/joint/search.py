@@ -17,7 +17,7 @@ from jaxink.diagnosis.search.refit import penalty
 from jaxink.diagnosis.statistics.projection import Projection, orthonormal_range
 from jaxink.display.brief import brief_repr
 from jaxink.effects import AreaWithOtherValues, Effect, SampleEffect, Scene, declare, in_numbers, with_values
-from jaxink.errors import InputRefusedError
+from jaxink.errors import InputRefusedError, NotConvergedError
 from jaxink.fitting import (
     UNMOVED,
     CompiledJointObjective,
@@ -311,6 +311,14 @@ class _Refit(NamedTuple):
     penalised: float
 
 
+def _refuse_options_of_one(options: DiagnosisOptions) -> None:
+    """Reject what only the diagnosis of one measurement heeds."""
+    usual = DiagnosisOptions()
+    for name in ("max_parameters", "level", "n_bootstrap", "seed", "time_limit_s"):
+        if getattr(options, name) != getattr(usual, name):
+            raise InputRefusedError(f"{name} is for the diagnosis of one measurement; leave it out.")
+
+
 def diagnose_project(project: Project, options: DiagnosisOptions, follow: Progress) -> JointDiagnosis:
     """Find what the model of several measurements lacks; see `jaxink.diagnose`.
 
@@ -323,11 +331,12 @@ def diagnose_project(project: Project, options: DiagnosisOptions, follow: Progre
     follow
         Called with the task, the step and the loss.
     """
+    _refuse_options_of_one(options)
     declared = fit_project(project, options.fit, follow)
     if not declared.outcome.converged:
-        raise InputRefusedError(
+        raise NotConvergedError(
             f"the joint fit of the declared model {declared.outcome.value}, so that there is no minimum to "
-            "diagnose; start elsewhere (--starts N), or fit fewer parameters."
+            "diagnose; give other start values in the sample file, or fit fewer parameters."
         )
     failures, rounds = Failures(), list[tuple[_Refit, tuple[_Refit, ...], float]]()
     model = _of_result(declared, options.fit)
