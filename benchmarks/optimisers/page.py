@@ -36,6 +36,7 @@ def write(kept: Mapping[str, list[dict]], pose: Mapping[str, Callable[[], Posed]
         starts=starts_sentence(kept),
         evaluations=BUDGET.evaluations,
         seconds=BUDGET.seconds,
+        ended_by_time=ended_by_time(kept),
         overview=overview(judged),
         verdict=verdict(judged),
         course=of_course(judged),
@@ -87,6 +88,12 @@ def starts_sentence(kept: Mapping[str, list[dict]]) -> str:
         f"{words}; on the others from at least {fewest(True)} by the gradient method and the simplex, and "
         f"from at least {fewest(False)} by the other methods. Each share is of the searches that there are."
     )
+
+
+def ended_by_time(kept: Mapping[str, list[dict]]) -> str:
+    """How many searches of all ended at the limit of time."""
+    outcomes = [line["outcome"] for lines in kept.values() for line in lines if line["method"] != "scan"]
+    return f"{outcomes.count('max_seconds')} of {len(outcomes)}"
 
 
 def overview(judged: list[Judged]) -> str:
