@@ -94,7 +94,7 @@ def test_a_title_of_a_table_may_say_that_it_contains_a_cosine(read, told):
     assert len(read(*lines, cosine_weighted=True, **PLANE)) == 6
 
 
-@pytest.mark.parametrize("mark", ["999", "9999", "99.999", "-999"])
+@pytest.mark.parametrize("mark", ["999", "9999.0000", "9.99900E+03", "99.999", "65535", "1e6", "-999"])
 def test_marks_of_missing_values_are_no_readings(mark, read, told):
     lines = [*headed(), f"30,30,{mark}"]
     if mark.startswith("-"):
@@ -102,9 +102,15 @@ def test_marks_of_missing_values_are_no_readings(mark, read, told):
         return
     with pytest.raises(InputRefusedError) as refused:
         read(*lines, **PLANE)
-    told(str(refused.value), "row 8", mark, "missing")
-    written = mark + (".0" if "." not in mark else "0")
-    assert read(*lines[:-1], f"30,30,{written}", **PLANE).bsdf_per_sr[-1] == float(mark)
+    told(str(refused.value), "row 8", "missing")
+    written = str(refused.value).partition("or write ")[2].split()[0]
+    found = read(*lines[:-1], f"30,30,{written}", **PLANE).bsdf_per_sr[-1]
+    assert found == pytest.approx(float(mark), rel=2e-5)
+
+
+def test_a_mark_is_found_below_a_peak(read, refused):
+    with refused("row 9", "missing"):
+        read(*headed(), "30,30,20000", "30,-45,9999", **PLANE)
 
 
 def test_large_values_of_nines_within_a_peak_are_readings(read):
@@ -126,6 +132,9 @@ def test_a_peak_on_the_side_of_the_source_is_asked_about(read, told):
     with pytest.raises(InputRefusedError) as refused:
         read(*lines, wavelength_nm=550, side="R")
     told(str(refused.value), "Azimuth (deg)", "row 3", "source", "180", "--columns")
+    for other in (lines[0].replace("Azimuth", "phi"), lines[0].replace("BRDF", "BTDF")):
+        with pytest.raises(InputRefusedError, match="side of the source"):
+            read(other, wavelength_nm=550, **({} if "BTDF" in other else {"side": "R"}))
     stated = read(*lines, wavelength_nm=550, side="R", columns={"phi_deg": "Azimuth (deg)"})
     assert stated.phi_deg[1] == 0
     # The name that this file format has for it says what it is.
@@ -146,6 +155,7 @@ CELLS = {
     "30,10,1.7683 E-1": ("write 1.7683e-1",),
     "30,10,dark": ("'dark'", "remove the row"),
     "End of data": ("1 cell", "remove it"),
+    "p-polarised": ("1 cell", "title", "column"),
 }
 
 
@@ -210,6 +220,60 @@ def test_a_table_without_the_title_of_the_others_is_refused(read, told):
     with pytest.raises(InputRefusedError) as refused:
         read(*BLOCK, "AOI: 30 deg", *BLOCK[1:], **PLANE)
     told(str(refused.value), "row 2", "theta_i_deg", "title")
+
+
+@pytest.mark.parametrize("sign", ["", "# "])
+def test_tables_below_each_other_whose_titles_differ_otherwise_are_refused(sign, read, told):
+    table = headed()
+    with pytest.raises(InputRefusedError) as refused:
+        read(f"{sign}s-polarised", *table, f"{sign}p-polarised", *table, **PLANE)
+    told(str(refused.value), "p-polarised", "s-polarised", "column")
+    # What records a run is no condition.
+    assert len(read(f"{sign}run a", *table, f"{sign}run b", *table, **PLANE)) == 12
+
+
+def test_a_remark_between_tables_does_not_disturb_them(read):
+    data = read("AOI 15 deg", *BLOCK, "TIS: 0.43", "", "AOI 45 deg", *BLOCK, **PLANE)
+    np.testing.assert_array_equal(data.theta_i_deg, [15, 15, 15, 45, 45, 45])
+
+
+def test_titles_of_tables_may_be_comments(read):
+    data = read("# AOI 0 deg", *BLOCK, "# AOI 30 deg", *BLOCK, **PLANE)
+    np.testing.assert_array_equal(data.theta_i_deg, [0, 0, 0, 30, 30, 30])
+
+
+@pytest.mark.parametrize("title", ["AOI: 45 deg", "# theta_i = 45 deg"])
+def test_a_title_that_the_caller_contradicts_is_refused(title, read, refused):
+    with refused("row 1", "theta_i_deg", "45", "30"):
+        read(title, *BLOCK, theta_i_deg=30, **PLANE)
+    assert read(title, *BLOCK, theta_i_deg=45, **PLANE).theta_i_deg[0] == 45
+
+
+def test_the_specular_direction_may_be_negative(read, told):
+    lines = ["AOI,Detector angle,BRDF", *(f"45,{k},{5 if k == -45 else 0.2}" for k in (-60, -45, 0, 45, 60))]
+    with pytest.raises(InputRefusedError) as refused:
+        read(*lines, **PLANE)
+    told(str(refused.value), "row 3", "--signed-angles --phi-deg 0")
+    assert read(*lines, phi_deg=0, **PLANE).phi_deg.tolist() == [180, 180, 0, 0, 0]
+    assert read(*lines, phi_deg=180, **PLANE).phi_deg.tolist() == [0, 0, 180, 180, 180]
+
+
+def test_azimuths_of_a_matrix_may_count_from_the_specular_side(read, refused):
+    lines = ["theta_i = 45 deg", "{}", "40,7.3,0.2,0.2", "60,0.3,0.2,0.2", "20,0.3,0.2,0.2"]
+    plain = {"wavelength_nm": 550, "side": "R"}
+    with refused("side of the source", "add 180"):
+        read("\n".join(lines).format("theta_r \\ phi,0,90,180"), **plain)
+    data = read("\n".join(lines).format("theta_o_deg \\ phi_deg,0,90,180"), **plain)
+    assert data.phi_deg[0] == 0
+
+
+def test_german_tables_below_a_title_with_commas_are_split_at_semicolons(read):
+    title = "Messung vom 3.4., Probe 4, 550 nm"
+    data = read(title, "Winkel;Wert", "-10;0,21", "0;0,25", theta_i_deg=0, **PLANE, **RENAMED)
+    np.testing.assert_array_equal(data.bsdf_per_sr, [0.21, 0.25])
+
+
+RENAMED = {"columns": {"theta_o_deg": "Winkel", "bsdf_per_sr": "Wert"}}
 
 
 def test_a_header_that_is_repeated_is_skipped(read):

@@ -15,8 +15,8 @@ _DASHES = str.maketrans(dict.fromkeys("\N{EN DASH}\N{EM DASH}\N{HYPHEN}\N{NON-BR
 # Exponents as Fortran writes them, or after a space.
 _EXPONENT = re.compile(r"\s*[dDeE]\s*(?=[-+]?\d+$)")
 _WITH_UNIT = re.compile(r"([-+]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][-+]?\d+)?)\s*([^\d\s.,;+-]{1,6})")
-# Marks of missing values, and how far above all others they are.
-_NINES, _FAR_ABOVE = re.compile(r"\+?(?=.*9.*9.*9)9+\.?9*"), 10.0
+# Marks of missing values: the least ones, how far they are above the values around, and how many of those.
+_LEAST_MARK, _LEAST_POWER, _FAR_ABOVE, _AROUND = 99.0, 1000.0, 10.0, 4
 # A specular peak: around its direction, far above what is seen elsewhere.
 _OBLIQUE_DEG, _PEAK_DEG, _PEAK = 5.0, 6.0, 3.0
 WAVELENGTH_RANGE_NM = (100.0, 20000.0)
@@ -73,50 +73,63 @@ def _is_number(cell: str) -> bool:
         return False
 
 
-def refuse_marks(table: TextTable, index: int) -> None:
-    """Reject values of nines only, such as 9999, far above all others: instruments mark gaps by them."""
-    cells = table.column(index)
-    marks = np.array([_NINES.fullmatch(cell) is not None for cell in cells])
+def refuse_marks(
+    table: TextTable, directions: tuple[np.ndarray, ...], bsdf: np.ndarray, divided: np.ndarray | float
+) -> None:
+    """Reject values such as 9999 or 65535 far above those around them: instruments mark gaps by them."""
+    written = bsdf * divided
+    marks = np.array([_is_mark(value) for value in written])
     if not marks.any() or marks.all():
         return
-    values = np.abs(numbers(table, index, "bsdf_per_sr"))
-    largest = values[~marks].max()
-    found = np.flatnonzero(marks & (values > _FAR_ABOVE * largest))
-    if found.size:
-        n = "" if found.size == 1 else f" ({found.size} such rows)"
-        cell, line = cells[found[0]], table.lines[found[0]]
+    theta_i_deg, theta_o_deg, phi_deg, wavelength_nm, is_transmission = directions
+    scan = np.column_stack([theta_i_deg, wavelength_nm, is_transmission])
+    found = []
+    for k in np.flatnonzero(marks):
+        same = np.flatnonzero(~marks & (scan == scan[k]).all(axis=1))
+        there = np.full(same.size, theta_o_deg[k])
+        apart = angular_distance_deg(theta_o_deg[same], phi_deg[same], there, float(phi_deg[k]))
+        near = written[same[np.argsort(apart, kind="stable")[:_AROUND]]] if same.size else written[~marks]
+        if written[k] > _FAR_ABOVE * np.max(near):
+            found.append((k, np.max(near)))
+    if found:
+        k, largest = found[0]
+        n = "" if len(found) == 1 else f" ({len(found)} such rows)"
         what = "empty the cell" if table.is_matrix else f"remove the row{n}"
-        written = cell if "." in cell else f"{cell}."
         text = (
-            f"'{cell}' is a mark of a missing value, as no other value exceeds {largest:g}; {what}, or write "
-            f"{written}0 if it was measured"
+            f"{written[k]:g} is a mark of a missing value, as the values around it do not exceed "
+            f"{largest:g}; {what}, or write {written[k] * (1 + 1e-5):.7g} if it was measured"
         )
-        raise refusal(table.source, text, line, "bsdf_per_sr")
+        raise refusal(table.source, text, table.lines[k], "bsdf_per_sr")
+
+
+def _is_mark(value: float) -> bool:
+    """Whether a number consists of nines, is a large power of ten, or the largest that a register holds."""
+    if not np.isfinite(value) or value < _LEAST_MARK:
+        return False
+    digits = f"{value:.10g}".replace(".", "").rstrip("0")
+    return set(digits) == {"9"} or (value >= _LEAST_POWER and digits == "1") or value in (32767.0, 65535.0)
 
 
 def refuse_peak_at_source(
-    table: TextTable, directions: tuple[np.ndarray, ...], bsdf: np.ndarray, heading: str
+    table: TextTable, directions: tuple[np.ndarray, ...], bsdf: np.ndarray, remedy: str
 ) -> None:
-    """Reject azimuths by another name than `phi_deg` by which a specular peak is on the side of the source.
+    """Reject directions by which a regular peak is on the side of the source, unless the user says so.
 
-    Programs count azimuths from the source or from the specular direction.
+    Programs count azimuths from the source or from the specular direction, and signs likewise.
     """
-    if not heading:
+    if not remedy:
         return
     theta_i_deg, theta_o_deg, phi_deg, _, is_transmission = directions
-    reflected = ~is_transmission & (bsdf > 0) & (theta_i_deg > _OBLIQUE_DEG)
-    forward = angular_distance_deg(theta_o_deg, phi_deg, theta_i_deg, 180.0) < _PEAK_DEG
-    backward = angular_distance_deg(theta_o_deg, phi_deg, theta_i_deg, 0.0) < _PEAK_DEG
-    elsewhere = bsdf[reflected & ~forward & ~backward]
-    at_source, at_specular = (np.max(bsdf[reflected & near], initial=0.0) for near in (backward, forward))
-    if elsewhere.size and at_source > _PEAK * max(at_specular, float(np.median(elsewhere))):
-        line = table.lines[np.flatnonzero(reflected & backward)[np.argmax(bsdf[reflected & backward])]]
-        text = (
-            f"the largest value, {at_source:g}, is on the side of the source, where phi_deg is 0; if this "
-            "column is 0 on the specular side, add 180 and name it phi_deg; if it is right, state it: "
-            f'--columns "phi_deg={heading}" (in Python: columns={{"phi_deg": {heading!r}}})'
-        )
-        raise refusal(table.source, text, line, heading)
+    for side in (False, True):
+        here = (is_transmission == side) & (bsdf > 0) & (theta_i_deg > _OBLIQUE_DEG)
+        forward = angular_distance_deg(theta_o_deg, phi_deg, theta_i_deg, 180.0) < _PEAK_DEG
+        backward = angular_distance_deg(theta_o_deg, phi_deg, theta_i_deg, 0.0) < _PEAK_DEG
+        elsewhere = bsdf[here & ~forward & ~backward]
+        at_source, at_regular = (np.max(bsdf[here & near], initial=0.0) for near in (backward, forward))
+        if elsewhere.size and at_source > _PEAK * max(at_regular, float(np.median(elsewhere))):
+            line = table.lines[np.flatnonzero(here & backward)[np.argmax(bsdf[here & backward])]]
+            text = f"the largest value, {at_source:g}, is on the side of the source (phi_deg 0); {remedy}"
+            raise refusal(table.source, text, line)
 
 
 def sides(table: TextTable, index: int, notes: list[str]) -> np.ndarray:

@@ -12,6 +12,7 @@ from jaxink.measurement.names import (
     is_cosine,
     is_cosine_product,
     is_known_unit,
+    is_unit,
     meaning,
     name_and_unit,
     other_quantity,
@@ -143,6 +144,7 @@ def _named(table, columns, cosine_weighted, notes) -> dict[str, int]:
             raise _twice(table, target)
         named[target] = index
         if name != target:
+            _refuse_name(table, target, name, cosine_weighted, is_stated=True)
             notes.append(f"Column '{name}' is read as {target}.")
     return named
 
@@ -182,7 +184,10 @@ def _refuse_other_quantities(table, known, extra, supplied) -> None:
         for name in extra:
             is_named = target == "bsdf_per_sr" or is_angle(name)
             if is_named and (other := other_quantity(target, name)) is not None:
-                raise refusal(table.source, other.of_column(target), column=name)
+                # Of two missing angles, it may be either.
+                both = {"theta_i_deg", "theta_o_deg"}
+                either = "theta_i_deg or theta_o_deg" if target in both and not both & {*known} else target
+                raise refusal(table.source, other.of_column(either), column=name)
 
 
 def _find_by_meaning(table, known, extra, supplied, cosine_weighted, notes) -> None:
@@ -243,7 +248,7 @@ def _stating(target: str, name: str) -> str:
 
 def _drop_blank_column(table, index, notes):
     first = [cell for cell in table.rows[0] if cell.strip()]
-    if sum(map(is_number, first)) * 2 < len(first):
+    if sum(map(is_number, first)) * 2 < len(first) and not any(map(is_unit, first)):
         text = (
             f"the header has no name in column {index + 1}, and row {table.lines[0]} has names, too; write "
             "one row of names, or below each other one matrix for each heading, with it as a title"
@@ -266,7 +271,9 @@ def _refuse_other_units(table, known, extra):
             text = f"holds values in per cent; convert them to 1/sr and name the column {target}"
             raise refusal(table.source, text, column=name)
         if plain in _OTHER_UNITS:
-            raise refusal(table.source, _OTHER_UNITS[plain], column=name)
+            text = _OTHER_UNITS[plain]
+            text = text.replace("divide by pi", "divide by 100 pi") if "%" in name else text
+            raise refusal(table.source, text, column=name)
 
 
 def _refuse_misspelt(table, known, extra, supplied):
@@ -340,6 +347,8 @@ def _refuse_missing(table, known, supplied):
     if missing == ["bsdf_per_sr"]:
         text = f"column bsdf_per_sr (radiance over irradiance in 1/sr) is missing; the header has {header}"
     text += _remedies(table, known, missing)
+    if any("Latin-1" in note for note in table.notes):
+        text += "; the file is not UTF-8 and was read as Latin-1: if these names are wrong, save it as UTF-8"
     raise refusal(table.source, text)
 
 

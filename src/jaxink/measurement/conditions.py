@@ -15,20 +15,11 @@ from jaxtyping import Int
 
 from jaxink.measurement.dataset import GonioData
 from jaxink.measurement.pairs import stated_groups
+from jaxink.measurement.records import names_a_record
 from jaxink.measurement.rows import IN_A_PROJECT, condition_of
 from jaxink.measurement.table import refusal
 
 _CONDITIONS = {"lit", "illuminated", "polarisation", "polarization", "polariser", "polarizer"}
-_RECORDS = """
-    repeat repeats repetition replicate run scan pass sweep frame shot cycle series index number no nr id row
-    file filename operator time timestamp datetime date day hour comment comments note notes remark remarks
-    mask masked flag quality valid
-"""
-
-
-def names_a_record(name: str) -> bool:
-    """Whether a name is that of repeats, or of something that is no condition."""
-    return bool(set(re.split(r"[^a-z]+", name.lower())) & set(_RECORDS.split()))
 
 
 def refuse_several_conditions(data: GonioData, source: str = "") -> None:

@@ -7,8 +7,16 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from jaxink.measurement.blocks import Block, Row, blocks_of, cell_at, width
-from jaxink.measurement.conditions import names_a_record
-from jaxink.measurement.names import UNITS, is_angle, meaning, other_quantity, plain_unit, unit_problem
+from jaxink.measurement.names import (
+    UNITS,
+    is_angle,
+    is_known_unit,
+    meaning,
+    other_quantity,
+    plain_unit,
+    unit_problem,
+)
+from jaxink.measurement.records import names_a_record
 from jaxink.measurement.table import TextTable, is_number, refusal
 from jaxink.measurement.titles import COLUMNS, COORDINATES, ROWS, Fact, edge_cell, facts, refuse_other_values
 
@@ -56,7 +64,9 @@ def edges_of(source: str, block: Block, titles: Sequence[Fact], stated: Sequence
     found: dict[str, dict[str, int]] = {ROWS: {}, COLUMNS: {}}
     for edge, target, unit, line in _told(block, titles):
         if target in COORDINATES:
-            if (problem := unit_problem(target, unit)) is not None:
+            is_remark = stated is not None and not is_known_unit(target, unit)
+            right = "; if it is right, state both edges: --matrix DOWN,ALONG"
+            if not is_remark and (problem := unit_problem(target, unit, right)) is not None:
                 raise refusal(source, problem, line, target)
             found[edge].setdefault(target, line)
     for edge, told in found.items():
@@ -299,7 +309,20 @@ def table_of(
     told = _notes(blocks, edges, named, sum(b.empty for b in map(_size, blocks)))
     above = tuple((line, " ".join(filter(None, row))) for block in blocks for line, row in block.titles)
     header = blocks[0].header[0]
-    return TextTable(source, names, cells, lines, header, (*notes, *told), titles=above, is_matrix=True)
+    written = [text for _, text in above] + [cell for block in blocks for cell in block.header[1]]
+    is_named = any("phi_deg" in text for text in written)
+    return TextTable(
+        source,
+        names,
+        cells,
+        lines,
+        header,
+        (*notes, *told),
+        None,
+        above,
+        is_matrix=True,
+        states_phi_deg=is_named,
+    )
 
 
 def _facts(source: str, block: Block) -> list[Fact]:

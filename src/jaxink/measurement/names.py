@@ -63,10 +63,11 @@ _NO_BSDF_UNITS = {
 # Of a name of values, what says that they are the BSDF times a cosine, or a factor of a perfect diffuser.
 _COSINE = re.compile(
     r"cos(?:ine)?[ _-]*(?:corrected|weighted)|corrected.*\bcos|\bcc_?b[rst]df|[*x×·]\s*cos"
-    r"|b[rst]df[ _]*cos\b",
+    r"|b[rst]df[ _]*cos\b|\bars\b|angle[ -]resolved scatter",
     re.IGNORECASE,
 )
 _FACTOR = re.compile(r"(?:reflectance|radiance|luminance|reflection|leuchtdichte)[ _-]*fa[ck]tor", re.I)
+_LOGARITHM = re.compile(r"\blog(?:10)?\b|\blg\b|\bln\b", re.IGNORECASE)
 _INTENSITY = re.compile(r"(?:radiant|luminous)[ _-]*intensity|lichtstärke|strahlstärke", re.IGNORECASE)
 # A unit with a power of ten before it.
 _POWER = re.compile(r"[x×*]?(?:10\^?|1e)(-?\d{1,2})[*×]?(.*)")
@@ -301,7 +302,10 @@ def other_quantity(target: str, name: str) -> Otherwise | None:
             remedy = "state it: --cosine-weighted (in Python: cosine_weighted=True)"
             return Otherwise("holds the BSDF times a cosine", remedy, is_cosine=True)
         if _FACTOR.search(name):
-            return Otherwise("holds factors of a perfect diffuser", "divide by pi")
+            by = "100 pi" if "%" in name or "percent" in name.lower() else "pi"
+            return Otherwise("holds factors of a perfect diffuser", f"divide by {by}")
+        if _LOGARITHM.search(name):
+            return Otherwise("holds logarithms", "raise 10, or the base, to them")
         if _INTENSITY.search(name):
             return Otherwise("holds an intensity", "divide it by the incident flux and by cos(theta_o)")
     if target in ("theta_i_deg", "theta_o_deg"):

@@ -29,7 +29,7 @@ _CONDITION_OF = {
 _MICROMETRES = {"um", "\N{MICRO SIGN}m", "\N{GREEK SMALL LETTER MU}m", "micron", "microns"}
 _MICROMETRES |= {"micrometre", "micrometres", "micrometer", "micrometers"}
 IN_A_PROJECT = "fit them together in a project (jaxink init --project)"
-_NOTHING = ("", "-", "--", "none")
+_NOTHING = ("", "-", "--", "none", "1")
 _WORDS = {word for words in UNITS.values() for word in words}
 _WORDS |= {word for words in CONVERSIONS.values() for word in words}
 _COMMA = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?")
@@ -232,7 +232,7 @@ def without_units(table: TextTable, known: Mapping[str, int], notes: list[str]) 
     """The table without a row of units below its header; one with other units is rejected."""
     first, line = table.rows[0], table.lines[0]
     stated = {name: plain_unit(first[known[name]]) for name in UNIT_OF if name in known}
-    if any(is_number(word) for word in stated.values()) or not any(
+    if any(is_number(word) and word != "1" for word in stated.values()) or not any(
         word in _WORDS for word in stated.values()
     ):
         return table

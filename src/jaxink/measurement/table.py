@@ -45,6 +45,8 @@ class TextTable:
         Line number and text of the lines above the header.
     is_matrix
         Whether the values stood in a matrix, whose titles say what they are.
+    states_phi_deg
+        Whether a matrix has the name ``phi_deg`` for its azimuths.
     """
 
     source: str
@@ -56,6 +58,7 @@ class TextTable:
     sheet_side: str | None = None
     titles: tuple[tuple[int, str], ...] = ()
     is_matrix: bool = False
+    states_phi_deg: bool = False
 
     def column(self, index: int) -> list[str]:
         """Cells of one column, stripped of white space."""

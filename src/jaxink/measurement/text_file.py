@@ -14,7 +14,7 @@ from jaxink.files.writing import written_whole
 from jaxink.measurement import matrix
 from jaxink.measurement.blocks import starts_a_matrix
 from jaxink.measurement.dataset import GonioData
-from jaxink.measurement.stacked import NamedRows, one_below_the_other
+from jaxink.measurement.stacked import Below, one_below_the_other
 from jaxink.measurement.table import (
     AS_CSV,
     MOST_TITLE_LINES,
@@ -131,25 +131,29 @@ def read_table(path: Path, renamed: Collection[str] = (), edges: Sequence[str] |
         kind = "contains only comments" if comments else "is empty"
         raise refusal(path, f"{kind}; it must have a header row and data rows")
     filled = filled[_header(path, lines, filled, renamed) :]
-    titles = tuple((n, line.strip()) for n, line in enumerate(lines[: filled[0]], 1) if line.strip())
-    notes += title_note([number for number, _ in titles], filled[0] + 1)
+    notes += title_note([n for n, line in enumerate(lines[: filled[0]], 1) if line.strip()], filled[0] + 1)
+    titles = comments | {n: line.strip() for n, line in enumerate(lines[: filled[0]], 1) if line.strip()}
     # Emptied rather than removed, to keep the line numbers of the file.
     lines[: filled[0]] = [""] * filled[0]
     if any(not lines[number].strip() for number in range(filled[0], filled[-1])):
         notes.append("Blank or comment lines between the rows were skipped; row numbers count them.")
-    delimiter = _delimiter(path, lines[filled[0]], filled[0] + 1, notes)
+    delimiter = _delimiter(path, lines, filled[0], notes)
     numbers, rows = _parsed(path, lines, delimiter)
     if not rows:
         raise refusal(path, "contains only separators; it must have a header row and data rows")
     header, *rows = rows
     names = tuple(name.strip() for name in header)
-    require_names(str(path), names, numbers[0], comments)
-    below = one_below_the_other(str(path), NamedRows(names, numbers[1:], rows), titles, notes)
+    require_names(str(path), names, numbers[0], list(comments.values()))
+    lines_below = list(zip(numbers[1:], rows, strict=True))
+    below = one_below_the_other(str(path), names, lines_below, titles, notes)
     if not below.cells:
         raise refusal(path, "has a header but no data rows")
-    full = _of_equal_length(path, below, delimiter, notes)
+    _of_equal_length(path, len(names), below, delimiter, notes)
+    above = tuple(sorted((number, text) for number, text in titles.items() if number < numbers[0]))
     where = np.array(below.numbers)
-    return TextTable(str(path), below.names, full, where, numbers[0], tuple(notes), titles=titles)
+    return TextTable(
+        str(path), (*names, *below.stated), below.rows(), where, numbers[0], tuple(notes), titles=above
+    )
 
 
 def _matrix(path: Path, lines: list[str], edges: Sequence[str] | None, notes: list[str]) -> TextTable | None:
@@ -176,7 +180,11 @@ def _split(lines: Sequence[str], delimiter: str) -> list[tuple[int, list[str]]]:
 
 def _header(path: Path, lines: list[str], filled: list[int], renamed: Collection[str]) -> int:
     first = filled[:MOST_TITLE_LINES]
-    cells = [lines[number].replace('"', "").split(_most_frequent(lines[number])) for number in first]
+    delimiter = _of_rows([lines[number] for number in filled])
+    cells = [
+        (plain := lines[number].replace('"', "")).split(delimiter or _most_frequent(plain))
+        for number in first
+    ]
     return header_position(str(path), cells, [number + 1 for number in first], renamed)
 
 
@@ -229,19 +237,40 @@ def _decoded(path: str | Path, content: bytes, notes: list[str]) -> str:
 
 def _without_comments(lines, notes):
     """Comment lines are emptied rather than removed, to keep the line numbers of the file."""
-    comments = [line for line in lines if line.lstrip().startswith("#")]
+    comments = {
+        number: line.strip(" #\t\r") for number, line in enumerate(lines, 1) if line.lstrip().startswith("#")
+    }
     if comments:
         plural, verb = ("lines", "were") if len(comments) > 1 else ("line", "was")
         notes.append(f"{len(comments)} comment {plural} starting with '#' {verb} skipped.")
     return ["" if line.lstrip().startswith("#") else line for line in lines], comments
 
 
+def _of_rows(lines: Sequence[str]) -> str | None:
+    """The delimiter by which the most lines are rows of numbers; None without such rows."""
+    found = {
+        delimiter: sum(_is_of_numbers(line.split(delimiter)) for line in lines[:MOST_TITLE_LINES])
+        # Numbers with decimal commas are numbers with the others, too.
+        for delimiter in (";", "\t", ",")
+    }
+    best = max(found, key=lambda delimiter: found[delimiter])
+    return best if found[best] else None
+
+
+def _is_of_numbers(cells: Sequence[str]) -> bool:
+    filled = [cell for cell in cells if cell.strip()]
+    return len(filled) > 1 and 2 * sum(map(is_number, filled)) > len(filled)
+
+
 def _most_frequent(line: str) -> str:
     return max(_DELIMITERS, key=line.count)
 
 
-def _delimiter(path, header: str, row: int, notes: list[str]) -> str:
-    delimiter = _most_frequent(header)
+def _delimiter(path, lines: Sequence[str], position: int, notes: list[str]) -> str:
+    header, row = lines[position], position + 1
+    delimiter = _of_rows([line for line in lines[position + 1 :] if line.strip()]) or _most_frequent(header)
+    if delimiter not in header:
+        delimiter = _most_frequent(header)
     if delimiter not in header:
         text = "the header contains no comma, semicolon or tab; separate the columns by commas"
         raise refusal(path, text, row)
@@ -263,28 +292,23 @@ def _parsed(path, lines, delimiter) -> tuple[list[int], list[list[str]]]:
     return numbers, rows
 
 
-def _of_equal_length(path, table: NamedRows, delimiter: str, notes: list[str]) -> tuple[tuple[str, ...], ...]:
-    """The rows without empty cells beyond the header; others of another length are rejected."""
-    full, cut = [], 0
-    for number, row in zip(table.numbers, table.cells, strict=True):
-        n = len(table.names)
+def _of_equal_length(path, n: int, below: Below, delimiter: str, notes: list[str]) -> None:
+    """Drop empty cells beyond the header; rows of another length are rejected."""
+    cut = 0
+    for k, (number, row) in enumerate(zip(below.numbers, below.cells, strict=True)):
         if len(row) > n and not any(cell.strip() for cell in row[n:]):
-            row, cut = row[:n], cut + 1
-        if len(row) != n:
+            below.cells[k], cut = row[:n], cut + 1
+        if len(below.cells[k]) != n:
             raise refusal(path, _other_length(row, n, delimiter), number)
-        full.append(tuple(row))
     if cut:
         rows = "1 row ends" if cut == 1 else f"{cut} rows end"
         notes.append(f"{rows} with an empty cell beyond the header, which was ignored.")
-    return tuple(full)
 
 
 def _other_length(row: list[str], n: int, delimiter: str) -> str:
     """What is wrong with a row of more or fewer cells than the header."""
     cells = "1 cell" if len(row) == 1 else f"{len(row)} cells"
     text = f"has {cells}, but the header has {n}"
-    if not any(map(is_number, row)):
-        return f"{text}; remove it if it is no row of the table"
     if len(row) < n:
         return f"{text}; a cell that is empty still needs its separator"
     if delimiter == ",":

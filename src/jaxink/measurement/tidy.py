@@ -14,7 +14,7 @@ from jaxink.measurement.columns import ANGLES, OPTIONS, match_columns, side_in_h
 from jaxink.measurement.conditions import refuse_several_conditions
 from jaxink.measurement.dataset import GonioData
 from jaxink.measurement.masks import value_bits, value_notes
-from jaxink.measurement.names import meaning, other_quantity, plain_name
+from jaxink.measurement.names import meaning, other_quantity
 from jaxink.measurement.pairs import direction_groups
 from jaxink.measurement.rows import (
     Conditions,
@@ -25,6 +25,7 @@ from jaxink.measurement.rows import (
     with_rows_of,
     without_units,
 )
+from jaxink.measurement.stacked import facts_of_title
 from jaxink.measurement.table import TextTable, refusal
 
 _SAME_DEG = 1e-3
@@ -99,8 +100,6 @@ def measurement_of(table: TextTable, stated: ReadOptions) -> GonioData:
     angles = _angles(table, known, stated.signed_angles, notes)
     divided = _cosine(table, angles["theta_o_deg"], stated.cosine_weighted, notes)
     has_values = "bsdf_per_sr" in known
-    if has_values:
-        checks.refuse_marks(table, known["bsdf_per_sr"])
     bsdf = _per_sr(table, known, "bsdf_per_sr", divided) if has_values else np.zeros(len(table.rows))
     sigma = _sigma(table, known, divided, notes)
     wavelength_nm = _wavelength(table, known, stated.wavelength_nm, notes)
@@ -120,8 +119,9 @@ def measurement_of(table: TextTable, stated: ReadOptions) -> GonioData:
     if not has_values:
         return data.replace(notes=[*notes, "The table has directions, but no values of the BSDF."])
     checks.refuse_nothing_or_excess(table, directions, bsdf, data.scan_index, data.mask)
+    checks.refuse_marks(table, directions, bsdf, divided)
     refuse_several_conditions(data, table.source)
-    checks.refuse_peak_at_source(table, directions, bsdf, _name_of_azimuth(table, known, stated))
+    checks.refuse_peak_at_source(table, directions, bsdf, _if_turned(table, known, stated))
     notes += [*value_notes(data.mask, directions, data.row), *_order_notes(data), *_repeat_notes(table, data)]
     return data.replace(notes=notes)
 
@@ -146,18 +146,29 @@ def _understood(
     known, extra, column_notes = match_columns(
         table, dict(stated.columns), stated.supplied, stated.cosine_weighted
     )
-    _refuse_titles(table, stated.cosine_weighted)
+    _refuse_titles(table, stated)
     notes = [*table.notes, *constant_notes, *column_notes]
     table = without_units(table, known, notes)
     return with_decimal_points(table, known, extra, notes), known, extra, notes
 
 
-def _refuse_titles(table: TextTable, cosine_weighted: bool) -> None:
-    """Reject a title that says that the values are another quantity than the caller says."""
+def _refuse_other_value(table: TextTable, line: int, title: str, stated: ReadOptions) -> None:
+    """Reject a title above a table that states another angle or wavelength than the caller does."""
+    for fact in facts_of_title(table.source, line, title):
+        given = getattr(stated, fact.name, None)
+        if isinstance(given, Real) and abs(float(fact.text.replace(",", ".")) - float(given)) > _SAME_DEG:
+            text = f"the title states {fact.name} = {fact.text}, but the caller gives {given:g}; remove one"
+            raise refusal(table.source, text, line)
+
+
+def _refuse_titles(table: TextTable, stated: ReadOptions) -> None:
+    """Reject a title that says something else than the caller says."""
     for line, title in table.titles:
         # A table names its values in the header, but seldom says there that they contain a cosine.
+        if not table.is_matrix:
+            _refuse_other_value(table, line, title, stated)
         other = other_quantity("bsdf_per_sr", title)
-        if other is None or (cosine_weighted if other.is_cosine else not table.is_matrix):
+        if other is None or (stated.cosine_weighted if other.is_cosine else not table.is_matrix):
             continue
         raise refusal(table.source, other.of_title(title), line)
 
@@ -202,10 +213,27 @@ def _angles(table: TextTable, known, signed: bool, notes) -> dict[str, Any]:
     return angles
 
 
-def _name_of_azimuth(table: TextTable, known: Mapping[str, int], stated: ReadOptions) -> str:
-    """Heading of the relative azimuth, unless it is its name here or the caller states it; else empty."""
-    name = table.names[known["phi_deg"]] if "phi_deg" in known else ""
-    return "" if plain_name(name) == "phi_deg" or name == stated.columns.get("phi_deg") else name
+def _if_turned(table: TextTable, known: Mapping[str, int], stated: ReadOptions) -> str:
+    """What to do if azimuths are counted from the other side; empty where it is stated that they are not."""
+    if stated.phi_deg is not None or stated.phi_o_deg is not None:
+        return ""
+    target = "phi_deg" if "phi_deg" in known else "phi_o_deg" if "phi_o_deg" in known else ""
+    if not target:
+        return (
+            "if negative theta_o_deg are on the specular side, state it: --signed-angles --phi-deg 0 (in "
+            "Python: signed_angles=True, phi_deg=0); if they are not, --signed-angles --phi-deg 180"
+        )
+    name = table.names[known[target]]
+    if table.is_matrix:
+        if table.states_phi_deg:
+            return ""
+        return "if azimuths are 0 on the specular side, add 180 to them, and name them phi_deg in any case"
+    if name == target or name == stated.columns.get(target):
+        return ""
+    return (
+        f"if column '{name}' is 0 on the specular side, add 180 and name it {target}; if it is right, state "
+        f'it: --columns "{target}={name}" (in Python: columns={{{target!r}: {name!r}}})'
+    )
 
 
 def _cosine(table: TextTable, theta_o_deg: np.ndarray, weighted: bool, notes) -> np.ndarray | float:

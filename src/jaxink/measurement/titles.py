@@ -20,6 +20,7 @@ COORDINATES = ("theta_i_deg", "theta_o_deg", "phi_deg", "phi_i_deg", "phi_o_deg"
 ROWS, COLUMNS = "rows", "columns"
 # A comma before a digit may be a decimal one.
 _PIECES = re.compile(r"[;|\t\n]|,(?!\d)")
+_DECORATION = re.compile(r"^[-*=~_]{2,}\s*|\s*(?:[-*=~_]{2,}|[.:])$")
 _NUMBER = r"[-+\N{MINUS SIGN}]?(?:\d+(?:[.,]\d*)?|[.,]\d+)"
 _VALUE = re.compile(rf"(?P<name>.*?)[\s=:]*(?P<value>{_NUMBER})\s*(?P<unit>[^\s\d=:]*)\s*")
 _EDGE = {
@@ -57,7 +58,7 @@ def facts(source: str, line: int, cells: Sequence[str]) -> list[Fact]:
     InputRefusedError
         If a quantity is in a unit that needs a conversion.
     """
-    cells = [cell.strip().strip("#").strip() for cell in cells]
+    cells = [_DECORATION.sub("", cell.strip().strip("#").strip()) for cell in cells]
     filled = [cell for cell in cells if cell]
     pieces: list[str] = []
     position = 0

@@ -13,7 +13,7 @@ from jaxink.files.reading import open_bounded
 from jaxink.measurement import excel, matrix, opendocument
 from jaxink.measurement.names import side_in_words
 from jaxink.measurement.sheets import Wanted, chosen, possible_names
-from jaxink.measurement.stacked import NamedRows, one_below_the_other
+from jaxink.measurement.stacked import one_below_the_other
 from jaxink.measurement.table import (
     AS_CSV,
     MOST_COLUMNS,
@@ -177,12 +177,14 @@ def _table(
         if len(row) > len(names):
             text = f"has {len(row)} cells, but the header has {len(names)}; name the column or empty the cell"
             raise refusal(source, text, line)
-    above = (" ".join(filter(None, row)) for row in rows[:position])
-    titles = tuple(zip(lines[:position], above, strict=True))
+    titles = {
+        n: " ".join(filter(None, row)) for n, row in zip(lines[:position], rows[:position], strict=True)
+    }
     padded = [[*row, *[""] * (len(names) - len(row))] for row in cells]
-    below = one_below_the_other(source, NamedRows(names, numbers, padded), titles, notes)
-    full = tuple(map(tuple, below.cells))
-    if not full:
+    below = one_below_the_other(source, names, list(zip(numbers, padded, strict=True)), titles, notes)
+    if not below.cells:
         raise refusal(source, "has a header but no data rows")
-    where = np.array(below.numbers)
-    return TextTable(source, below.names, full, where, header_line, tuple(notes), titles=titles)
+    where, above = np.array(below.numbers), tuple(titles.items())
+    return TextTable(
+        source, (*names, *below.stated), below.rows(), where, header_line, tuple(notes), titles=above
+    )
