@@ -153,8 +153,8 @@ TABLES = (
     Situation(
         "values times the cosine, by their name",
         {"ink.csv": csv([[*HEADER[:5], "bsdf_cos"], *_COSINE[1:]])},
-        named=("bsdf_cos", "theta_o"),
-        then="--columns bsdf_per_sr=bsdf_cos --cosine-weighted",
+        named=("bsdf_cos", "--cosine-weighted"),
+        then="--cosine-weighted",
         then_values=10,
     ),
     Situation(

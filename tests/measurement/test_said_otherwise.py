@@ -70,6 +70,12 @@ def test_a_remark_in_a_heading_can_be_stated_to_be_one(read, told):
     assert read(*lines, columns={"bsdf_per_sr": "BRDF (mean of 3)"}, **PLANE).bsdf_per_sr[0] == 0.19
 
 
+def test_comments_of_a_converter_are_not_taken_for_titles(read, tmp_path):
+    data = read(*headed(value="CCBRDF (1/sr)"), cosine_weighted=True, **PLANE)
+    jaxink.measurement.write_csv(data, tmp_path / "tidy.csv", data.notes)
+    np.testing.assert_allclose(jaxink.read(tmp_path / "tidy.csv").bsdf_per_sr, data.bsdf_per_sr)
+
+
 def test_a_product_with_the_cosine_is_found_by_its_name(read):
     data = read(*headed(value="CCBRDF (1/sr)"), cosine_weighted=True, **PLANE)
     np.testing.assert_allclose(data.bsdf_per_sr, 0.19 / np.cos(np.deg2rad(data.theta_o_deg)))

@@ -48,7 +48,6 @@ _OTHER_UNITS = {
     "wavelength_angstrom": "holds angstrom; divide by 10 and name the column wavelength_nm",
     "brf": "holds reflectance factors; divide by pi and name the column bsdf_per_sr",
     "reflectance_factor": "holds reflectance factors; divide by pi and name the column bsdf_per_sr",
-    "bsdf_cos": "holds the BSDF times a cosine; divide by cos(theta_o) and name it bsdf_per_sr",
 }
 # So many columns that differ by a number only are one kind of columns.
 _NUMBERED = re.compile(r"(\D*?)[ _]*-?\d+(?:[.,]\d+)?\s*(?:nm|°|deg)?")

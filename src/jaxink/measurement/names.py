@@ -133,7 +133,7 @@ NAMES = {
     "theta_i_deg": """
         theta_i, theta_in, theta_inc, theta_incident, theta_incidence, theta_source, theta_light,
         theta_entrance, incident_theta, incidence_angle, incident_angle, angle_of_incidence, aoi,
-        polar_angle_of_incidence, incident_polar_angle, incidence_zenith_angle, entrance_angle,
+        polar_angle_of_incidence, incident_polar_angle, Einfall, incidence_zenith_angle, entrance_angle,
         illumination_angle, angle_of_illumination, Einfallswinkel, Einfallwinkel, Einstrahlwinkel,
         Beleuchtungswinkel, theta_ein, angle d'incidence, angle incident, angle d'éclairage,
         angle d'illumination, 入射角, 入射角度, 入射天頂角, 入射极角, 照明角, 照射角,
@@ -146,7 +146,7 @@ NAMES = {
         detection_angle, angle_of_detection, detector_angle, receiver_angle, receiving_angle,
         reflection_angle, angle_of_reflection, emergence_angle, view_zenith_angle, viewing_zenith_angle,
         Ausfallswinkel, Ausfallwinkel, Austrittswinkel, Beobachtungswinkel, Betrachtungswinkel,
-        Abstrahlwinkel, Reflexionswinkel, theta_aus, angle d'observation, angle de vue,
+        Abstrahlwinkel, Reflexionswinkel, Detektorwinkel, theta_aus, angle d'observation, angle de vue,
         angle de réflexion, angle d'émergence, angle de sortie, 出射角, 出射角度, 射出角, 受光角,
         受光角度, 観測角, 観察角, 反射角, 观测角, 观察角, 散射极角, ángulo de observación,
         ángulo de reflexión, angolo di osservazione, waarnemingshoek""",

@@ -238,7 +238,9 @@ def _decoded(path: str | Path, content: bytes, notes: list[str]) -> str:
 def _without_comments(lines, notes):
     """Comment lines are emptied rather than removed, to keep the line numbers of the file."""
     comments = {
-        number: line.strip(" #\t\r") for number, line in enumerate(lines, 1) if line.lstrip().startswith("#")
+        number: "# " + line.strip(" #\t\r")
+        for number, line in enumerate(lines, 1)
+        if line.lstrip().startswith("#")
     }
     if comments:
         plural, verb = ("lines", "were") if len(comments) > 1 else ("line", "was")

@@ -167,7 +167,8 @@ def _refuse_titles(table: TextTable, stated: ReadOptions) -> None:
         # A table names its values in the header, but seldom says there that they contain a cosine.
         if not table.is_matrix:
             _refuse_other_value(table, line, title, stated)
-        other = other_quantity("bsdf_per_sr", title)
+        # Comments also say what a converter has done.
+        other = None if title.startswith("#") else other_quantity("bsdf_per_sr", title)
         if other is None or (stated.cosine_weighted if other.is_cosine else not table.is_matrix):
             continue
         raise refusal(table.source, other.of_title(title), line)
