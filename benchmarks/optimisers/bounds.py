@@ -6,20 +6,17 @@ On each problem without a scan, from each start: one search, and the default, wh
 and from the other side of the ranges of the parameters that ended at a bound. Writes bounds.json.
 """
 
-import argparse
 import json
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from benchmarks.optimisers.problems import problems
-from benchmarks.optimisers.searches import SEED, Bench
+from benchmarks.optimisers.searches import SEED, Bench, keep_of_each
 from benchmarks.pages import table
 from jaxink.fitting.comparison_methods import METHODS
 from jaxink.fitting.gradient import Descent
 from jaxink.fitting.method import search
-from jaxink.numerics.precision import computing, release_programs
 
 KEPT = Path(__file__).with_suffix(".json")
 # Share of the loss by which another minimum is lower.
@@ -27,8 +24,10 @@ _LOWER = 1e-6
 
 
 def _compared(bench: Bench) -> list[dict[str, Any]]:
-    """Both searches from each start from which the first one ends at a bound."""
-    lines = []
+    """Both searches from each start from which the first ends at a bound; none where a scan precedes."""
+    lines: list[dict[str, Any]] = []
+    if bench.posed.rugged is not None:
+        return lines
     for number, start in enumerate(bench.starts):
         once = search(Descent(SEED), bench.compiled, start)
         if np.any((once.unit <= 0) | (once.unit >= 1)):
@@ -58,18 +57,7 @@ def of_kept() -> str:
 
 def main() -> None:
     """Search, and keep what was found."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--problems", nargs="*")
-    asked = parser.parse_args()
-    kept = json.loads(KEPT.read_text()) if KEPT.exists() else {}
-    known = problems()
-    with computing():
-        for name in asked.problems or known:
-            posed = known[name]()
-            if posed.rugged is None:
-                release_programs()
-                kept[name] = _compared(Bench(posed))
-                KEPT.write_text(json.dumps(kept, indent=1) + "\n")
+    keep_of_each(KEPT, __doc__, _compared)
 
 
 if __name__ == "__main__":

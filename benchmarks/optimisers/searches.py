@@ -1,11 +1,15 @@
 """One search of one problem by one method from one start, as a line that is kept."""
 
+import argparse
 import dataclasses
-from collections.abc import Iterable
+import json
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from benchmarks.optimisers.problems import Posed
+from benchmarks.optimisers.problems import Posed, problems
 from jaxink.fitting.comparison_methods import METHODS
 from jaxink.fitting.compiled import CompiledObjective
 from jaxink.fitting.gradient import GradientSearch, starts
@@ -13,6 +17,7 @@ from jaxink.fitting.limits import Budget, SearchLimits
 from jaxink.fitting.method import search
 from jaxink.fitting.outcome import Search
 from jaxink.fitting.uncertainty import covariance
+from jaxink.numerics.precision import computing, release_programs
 
 SEED, N_STARTS = 23, 20
 # Of every search, together with the scan that precedes it; a Jacobian counts as one evaluation.
@@ -83,6 +88,20 @@ class Bench:
             "path": _falling([*earlier, *(line["path"] for line in lines)]),
             **{key: lines[-1][key] for key in ("evaluations", "jacobians", "seconds")},
         }
+
+
+def keep_of_each(file: Path, doc: str | None, make: Callable[[Bench], Any]) -> None:
+    """Write what is made of each problem, or of those that the command line names, to a file of JSON."""
+    parser = argparse.ArgumentParser(description=doc)
+    parser.add_argument("--problems", nargs="*")
+    asked = parser.parse_args()
+    kept = json.loads(file.read_text()) if file.exists() else {}
+    known = problems()
+    with computing():
+        for name in asked.problems or known:
+            release_programs()
+            kept[name] = make(Bench(known[name]()))
+            file.write_text(json.dumps(kept, indent=1) + "\n")
 
 
 def _line(found: Search, spent: Effort) -> dict:

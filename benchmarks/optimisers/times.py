@@ -6,19 +6,16 @@ The kept searches were made on days on which the machine was more or less fast. 
 and of Jacobians, times what one of each takes, compare methods nevertheless.
 """
 
-import argparse
 import json
 import statistics
 from functools import cache
 from pathlib import Path
 
-from benchmarks.optimisers.problems import problems
-from benchmarks.optimisers.searches import SEED, Bench
+from benchmarks.optimisers.searches import SEED, Bench, keep_of_each
 from jaxink.fitting.comparison_methods import METHODS
 from jaxink.fitting.gradient import Descent
 from jaxink.fitting.limits import Budget, SearchLimits
 from jaxink.fitting.method import Method, search
-from jaxink.numerics.precision import computing, release_programs
 
 KEPT = Path(__file__).with_suffix(".json")
 # Short searches from so many starts, the methods in turn.
@@ -51,16 +48,7 @@ def kept_times() -> dict[str, dict[str, float]]:
 
 def main() -> None:
     """Measure, and keep what was found."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--problems", nargs="*")
-    asked = parser.parse_args()
-    kept = json.loads(KEPT.read_text()) if KEPT.exists() else {}
-    known = problems()
-    with computing():
-        for name in asked.problems or known:
-            release_programs()
-            kept[name] = measured(Bench(known[name]()))
-            KEPT.write_text(json.dumps(kept, indent=1) + "\n")
+    keep_of_each(KEPT, __doc__, measured)
 
 
 if __name__ == "__main__":

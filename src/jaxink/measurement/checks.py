@@ -8,7 +8,7 @@ import numpy as np
 from jaxink.measurement.columns import ANGLES
 from jaxink.measurement.masks import ZERO, angular_distance_deg
 from jaxink.measurement.names import SIDES
-from jaxink.measurement.table import TextTable, refusal
+from jaxink.measurement.table import TextTable, is_number, refusal
 
 _THOUSANDS = re.compile(r"[+-]?\d{1,3}([., '’]\d{3})+([.,]\d*)?")
 _DASHES = str.maketrans(dict.fromkeys("\N{EN DASH}\N{EM DASH}\N{HYPHEN}\N{NON-BREAKING HYPHEN}", "-"))
@@ -57,20 +57,13 @@ def _number_remedy(cell: str) -> str:
     """What to do with a cell that is not a number."""
     if _THOUSANDS.fullmatch(cell):
         return "write it without separators of thousands"
-    if _is_number(plain := cell.translate(_DASHES)) and plain != cell:
+    if is_number(plain := cell.translate(_DASHES)) and plain != cell:
         return f"its sign is a dash; write {plain}"
-    if _is_number(plain := _EXPONENT.sub("e", cell)) and plain != cell:
+    if is_number(plain := _EXPONENT.sub("e", cell)) and plain != cell:
         return f"write {plain}"
     if (found := _WITH_UNIT.fullmatch(cell)) is not None:
         return f"write {found[1]}, and '{found[2]}' in the name of the column"
     return "correct it, or remove the row if nothing was measured"
-
-
-def _is_number(cell: str) -> bool:
-    try:
-        return math.isfinite(float(cell))
-    except ValueError:
-        return False
 
 
 def refuse_marks(
@@ -78,7 +71,9 @@ def refuse_marks(
 ) -> None:
     """Reject values such as 9999 or 65535 far above those around them: instruments mark gaps by them."""
     written = bsdf * divided
-    marks = np.array([_is_mark(value) for value in written])
+    marks = np.zeros(written.size, bool)
+    for k in np.flatnonzero(written >= _LEAST_MARK):
+        marks[k] = _is_mark(written[k])
     if not marks.any() or marks.all():
         return
     theta_i_deg, theta_o_deg, phi_deg, wavelength_nm, is_transmission = directions
@@ -104,8 +99,6 @@ def refuse_marks(
 
 def _is_mark(value: float) -> bool:
     """Whether a number consists of nines, is a large power of ten, or the largest that a register holds."""
-    if not np.isfinite(value) or value < _LEAST_MARK:
-        return False
     digits = f"{value:.10g}".replace(".", "").rstrip("0")
     return set(digits) == {"9"} or (value >= _LEAST_POWER and digits == "1") or value in (32767.0, 65535.0)
 
@@ -120,10 +113,10 @@ def refuse_peak_at_source(
     if not remedy:
         return
     theta_i_deg, theta_o_deg, phi_deg, _, is_transmission = directions
+    forward = angular_distance_deg(theta_o_deg, phi_deg, theta_i_deg, 180.0) < _PEAK_DEG
+    backward = angular_distance_deg(theta_o_deg, phi_deg, theta_i_deg, 0.0) < _PEAK_DEG
     for side in (False, True):
         here = (is_transmission == side) & (bsdf > 0) & (theta_i_deg > _OBLIQUE_DEG)
-        forward = angular_distance_deg(theta_o_deg, phi_deg, theta_i_deg, 180.0) < _PEAK_DEG
-        backward = angular_distance_deg(theta_o_deg, phi_deg, theta_i_deg, 0.0) < _PEAK_DEG
         elsewhere = bsdf[here & ~forward & ~backward]
         at_source, at_regular = (np.max(bsdf[here & near], initial=0.0) for near in (backward, forward))
         if elsewhere.size and at_source > _PEAK * max(at_regular, float(np.median(elsewhere))):

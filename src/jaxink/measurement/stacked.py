@@ -143,7 +143,7 @@ def _no_row(source: str, number: int, cells: Sequence[str], names: tuple[str, ..
 def _refuse_unnamed_difference(source: str, names: tuple[str, ...], rows: Sequence[Row]) -> None:
     """Reject tables of the same directions with other titles, such as those of two samples."""
     meant = [(meaning(name) or ("",))[0] for name in names]
-    if "theta_o_deg" not in meant:
+    if "theta_o_deg" not in meant or len({row.texts for row in rows}) < 2:
         return
     where = [k for k, target in enumerate(meant) if target not in ("bsdf_per_sr", "sigma_per_sr")]
     seen: dict[tuple, Row] = {}
