@@ -10,6 +10,7 @@ from jaxink.cli.app import app
 from jaxink.cli.session import ExitCode
 from jaxink.data import simulated_example
 from jaxink.measurement.columns import option_words
+from jaxink.projects.schema import READING
 
 
 @pytest.fixture
@@ -51,18 +52,10 @@ def test_columns_need_a_name_and_a_header(given, run, other_table, told):
 
 
 @pytest.mark.parametrize("command", ["fit", "diagnose", "predict", "init", "convert"])
-def test_every_command_that_reads_has_the_options(command):
+def test_what_a_plan_or_project_states_every_command_that_reads_can_state(command):
     options = {o for p in typer.main.get_command(app).commands[command].params for o in p.opts}
-    named = {
-        "--columns",
-        "--cosine-weighted",
-        "--sheet",
-        "--matrix",
-        "--theta-i-deg",
-        "--phi-deg",
-        "--phi-o-deg",
-    }
-    assert named <= options
+    named = option_words(dict.fromkeys(READING, "x") | {"columns": {"side": "x"}, "rows": {"lit_side": "x"}})
+    assert {word for word in named if word.startswith("--")} <= options
 
 
 def test_the_next_command_states_the_same():

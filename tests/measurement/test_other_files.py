@@ -256,6 +256,56 @@ def test_absurd_repetitions_of_an_opendocument(what, number, tmp_path, refused):
         read(opendocument(tmp_path / "absurd.ods", [ROW.format("".join(cells(HEADER))), row]))
 
 
+SCANS = [(0, 10, 0.3), (0, 20, 0.29), (30, 10, 0.28), (30, 20, 0.27)]
+
+
+def beside_its_scan(angles, empty):
+    """Rows of two scans, whose angle of incidence stands beside the first row of each."""
+    header = ["theta_i_deg", "phi_deg", "theta_o_deg", "wavelength_nm", "side", "bsdf_per_sr"]
+    firsts = [angles[0], empty, angles[1], empty]
+    azimuths = [180, *[empty] * 3]
+    return header, [[i, p, o, 550, "R", v] for i, p, (_, o, v) in zip(firsts, azimuths, SCANS, strict=True)]
+
+
+def test_merged_cells_stand_beside_all_their_rows(tmp_path):
+    openpyxl = pytest.importorskip("openpyxl")
+    header, rows = beside_its_scan((0, 30), None)
+    book = openpyxl.Workbook()
+    book.active.append(["White ink"])
+    book.active.merge_cells("A1:F1")
+    for row in [header, *rows]:
+        book.active.append(row)
+    for area in ("A3:A4", "A5:A6", "B3:B6"):
+        book.active.merge_cells(area)
+    book.save(tmp_path / "merged.xlsx")
+
+    name = '<table:table-cell table:number-rows-spanned="{}" table:number-columns-spanned="1" '
+    first = [name.format(n) + VALUE.partition(" ")[2] for n in (2, 4)]
+    covered = '<table:covered-table-cell table:number-columns-repeated="2"/>'
+    lines = [ROW.format("".join(cells(",".join(header))))]
+    for k, (_, _, *rest) in enumerate(rows):
+        own = "".join(cells(",".join(map(str, rest))))
+        angle = first[0].format(SCANS[k][0])
+        above = "<table:covered-table-cell/>"
+        lines.append(ROW.format([angle + first[1].format(180), covered, angle + above, covered][k] + own))
+    written = opendocument(tmp_path / "merged.ods", lines)
+
+    for path in (tmp_path / "merged.xlsx", written):
+        data = read(path)
+        got = zip(data.theta_i_deg, data.theta_o_deg, data.bsdf_per_sr, strict=True)
+        assert list(got) == SCANS
+        assert set(data.phi_deg) == {180.0}
+
+
+def test_a_value_above_empty_cells_is_asked_for_in_every_row(tmp_path, refused):
+    header, rows = beside_its_scan((0, 30), "")
+    rows[2][0] = ""
+    path = tmp_path / "once.csv"
+    path.write_text("\n".join(",".join(map(str, row)) for row in [header, *rows]))
+    with refused("once.csv", "row 3", "theta_i_deg", "every row"):
+        read(path)
+
+
 def test_sheet_is_chosen(tmp_path, refused):
     other = [ROWS[0], *([*row[:5], "0.5", "0.01"] for row in ROWS[1:])]
     path = workbook(tmp_path / "two.xlsx", {"first": ROWS, "second": other})

@@ -60,83 +60,111 @@ def stated_sample(sample: Path | None) -> Path:
     return sample
 
 
+# An option that states of a measurement what its files do not.
+_stated = functools.partial(typer.Option, rich_help_panel="What the files do not state")
+
+
 @dataclasses.dataclass(frozen=True)
 class Reading:
     """What the user states of a measurement that its files do not; each field is an option."""
 
     wavelength_nm: Annotated[
         float | None,
-        typer.Option(metavar="NM", help="Wavelength of every row, if the file has no column for it."),
+        _stated(metavar="NM", help="Wavelength of every row, if the file has no column for it."),
     ] = None
     side: Annotated[
         str | None,
-        typer.Option(
+        _stated(
             metavar="R|T",
             help="Side of every row, if the file has no column for it; R,T for two files, one of each side.",
         ),
     ] = None
     which: Annotated[
         str | None,
-        typer.Option(metavar="NAME", help="Sample to read, if the column `sample` of the file has several."),
+        _stated(metavar="NAME", help="Sample to read, if the column `sample` of the file has several."),
     ] = None
     sheet: Annotated[
         str | None,
-        typer.Option(
+        _stated(
             metavar="NAME[=R|T],...",
             help="Sheet of a workbook, if several are not empty, or several that are joined: R,T or A=R,B=T.",
         ),
     ] = None
     signed_angles: Annotated[
         bool,
-        typer.Option(
+        _stated(
             "--signed-angles",
             help="A negative theta_o_deg means the other half-plane (without phi_deg, that of the source).",
         ),
     ] = False
     cosine_weighted: Annotated[
         bool | None,
-        typer.Option(
+        _stated(
             "--cosine-weighted/--no-cosine-weighted",
             help="Whether the values are the BSDF times cos(theta_o), by which they are then divided.",
         ),
     ] = None
     columns: Annotated[
         list[str] | None,
-        typer.Option(
+        _stated(
             metavar="NAME=HEADER",
             help="Header of a column that has another name, such as theta_o_deg=arm; once for each column.",
         ),
     ] = None
     rows: Annotated[
         list[str] | None,
-        typer.Option(
+        _stated(
             metavar="COLUMN=VALUE",
             help="Rows to read, of a file with several conditions, such as lit_side=ink; once for each.",
         ),
     ] = None
     theta_i_deg: Annotated[
         str | None,
-        typer.Option(
+        _stated(
             metavar="DEG",
             help="Angle of incidence of every row, if no column has it; for several files 0,30,60.",
         ),
     ] = None
     phi_deg: Annotated[
         float | None,
-        typer.Option(metavar="DEG", help="Relative azimuth of every row, if the file has no column for it."),
+        _stated(metavar="DEG", help="Relative azimuth of every row, if the file has no column for it."),
     ] = None
     phi_o_deg: Annotated[
         float | None,
-        typer.Option(
-            metavar="DEG", help="Azimuth of view of every row, if the file has only that of incidence."
-        ),
+        _stated(metavar="DEG", help="Azimuth of view of every row, if the file has only that of incidence."),
     ] = None
     matrix: Annotated[
         str | None,
-        typer.Option(
+        _stated(
             metavar="DOWN,ALONG",
             help="Edges of a matrix of values that does not name them, such as theta_o_deg,theta_i_deg.",
         ),
+    ] = None
+
+    face: Annotated[
+        str | None,
+        _stated(metavar="front|back", help="Face that the light meets, if the file has both."),
+    ] = None
+    channel: Annotated[
+        str | None, _stated(metavar="NAME", help="Channel to read, if the values are colours.")
+    ] = None
+    rotation_deg: Annotated[
+        float | None,
+        _stated(metavar="DEG", help="Rotation of the sample to read, if the file has several."),
+    ] = None
+    angle_unit: Annotated[
+        str | None, _stated(metavar="deg|rad", help="Unit of the angles, if it is not clear.")
+    ] = None
+    specular_phi_deg: Annotated[
+        float | None,
+        _stated(metavar="DEG", help="Azimuth of the specular or undeviated direction in the file."),
+    ] = None
+    scale: Annotated[
+        float | None,
+        _stated(metavar="X", help="Factor that makes the values BSDFs, if the file states no scale."),
+    ] = None
+    every: Annotated[
+        int | None, _stated(metavar="N", help="Read every N-th angle of the axes of a dense table.")
     ] = None
 
     def keywords(self) -> dict[str, Any]:
@@ -154,7 +182,9 @@ class Reading:
         given["columns"] = _pairs("--columns", self.columns, "NAME=HEADER", "theta_o_deg=arm")
         given["rows"] = _pairs("--rows", self.rows, "COLUMN=VALUE", "lit_side=ink")
         given["theta_i_deg"] = numbers_of("--theta-i-deg", self.theta_i_deg)
-        given |= {"phi_deg": self.phi_deg, "phi_o_deg": self.phi_o_deg, "matrix": self.matrix}
+        as_given = ("phi_deg", "phi_o_deg", "matrix", "face", "channel", "rotation_deg", "angle_unit")
+        for name in (*as_given, "specular_phi_deg", "scale", "every"):
+            given[name] = getattr(self, name)
         return {name: value for name, value in given.items() if value is not None}
 
 

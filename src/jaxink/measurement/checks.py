@@ -37,7 +37,10 @@ def numbers(table: TextTable, index: int, name: str) -> np.ndarray:
         if not cell:
             n_empty = cells.count("")
             more = f" (the first of {n_empty} in this column)" if n_empty > 1 else ""
-            text = f"the cell is empty{more}; it must be a number, so fill it or remove the row"
+            # Written once above the rows that it is for: which these are, only the author knows.
+            is_once = cells[0] and n_empty > len(cells) / 2
+            remedy = "write the value in every row that it is for" if is_once else "fill it or remove the row"
+            text = f"the cell is empty{more}; it must be a number, so {remedy}"
             raise refusal(table.source, text, line, name)
         try:
             # float() reads "1_0" as 10, which in a measurement file is a typing error.

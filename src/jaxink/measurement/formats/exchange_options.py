@@ -10,21 +10,20 @@ from jaxink.errors import InputRefusedError, shown
 from jaxink.measurement.columns import OPTIONS
 from jaxink.measurement.table import refusal
 
-# How to state each, on the command line and in Python; only `jaxink convert` has the options of most.
+# How to state each, on the command line and in Python.
 STATED_BY = {
     "wavelength_nm": OPTIONS["wavelength_nm"],
     "side": "--side R or --side T (in Python: side='R' or side='T')",
-    "face": "--face front or --face back of jaxink convert (in Python: face='front' or face='back')",
-    "channel": "--channel NAME of jaxink convert (in Python: channel='NAME')",
-    "rotation_deg": "--rotation-deg DEG of jaxink convert (in Python: rotation_deg=DEG)",
-    "angle_unit": "--angle-unit deg or --angle-unit rad of jaxink convert (in Python: angle_unit='deg' or "
-    "angle_unit='rad')",
+    "face": "--face front or --face back (in Python: face='front' or face='back')",
+    "channel": "--channel NAME (in Python: channel='NAME')",
+    "rotation_deg": "--rotation-deg DEG (in Python: rotation_deg=DEG)",
+    "angle_unit": "--angle-unit deg or --angle-unit rad (in Python: angle_unit='deg' or angle_unit='rad')",
     "theta_i_deg": OPTIONS["theta_i_deg"],
-    "specular_phi_deg": "--specular-phi-deg DEG of jaxink convert (in Python: specular_phi_deg=DEG)",
+    "specular_phi_deg": "--specular-phi-deg DEG (in Python: specular_phi_deg=DEG)",
     "cosine_weighted": "--cosine-weighted or --no-cosine-weighted (in Python: "
     "cosine_weighted=True or cosine_weighted=False)",
-    "scale": "--scale X of jaxink convert (in Python: scale=X)",
-    "every": "--every N of jaxink convert (in Python: every=N)",
+    "scale": "--scale X (in Python: scale=X)",
+    "every": "--every N (in Python: every=N)",
 }
 _WORDS = {
     "side": ("R", "T"),
