@@ -88,7 +88,7 @@ def bsdf_beside_index(ink_index, plate_absorption, config):
 @pytest.mark.parametrize("step", [-1e-2, -1e-3, -1e-5, 0.0, 1e-7, 1e-5, 4.4e-4, 4.6e-4, 1e-3, 1e-2])
 def test_indices_may_come_as_close_as_they_like(step, plate_absorption):
     found, fine = (
-        bsdf_beside_index(1.5 + step, plate_absorption, config)
+        bsdf_beside_index(jnp.asarray(1.5 + step), jnp.asarray(plate_absorption), config)
         for config in (SolverConfig(), SolverConfig(20, 32, 40, 12))
     )
     np.testing.assert_allclose(found, fine, rtol=5e-5)
@@ -97,7 +97,7 @@ def test_indices_may_come_as_close_as_they_like(step, plate_absorption):
 @pytest.mark.parametrize("step", [-1e-3, -1e-4, 1e-4, 3e-4])
 def test_slope_beside_an_equal_index(step):
     def of_index(index):
-        return bsdf_beside_index(index, 0.0, SolverConfig())
+        return bsdf_beside_index(jnp.asarray(index), jnp.asarray(0.0), SolverConfig())
 
     h = 2e-5
     slope = jax.jacfwd(of_index)(1.5 + step)

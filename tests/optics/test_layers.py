@@ -11,6 +11,7 @@ import jaxink
 from jaxink.data import SIMULATED_TRUTH, simulated_example
 from jaxink.optics.layers import ClearLayer, ScatteringLayer
 from jaxink.particles.phase_function import HenyeyGreenstein
+from jaxink.solver.stack import Stack
 
 PHASE = HenyeyGreenstein(0.6)
 LAYERS = {
@@ -44,6 +45,15 @@ def test_traced_numbers_pass_so_that_derivatives_at_the_edge_exist():
     # What JAX takes apart and puts together again is not judged.
     layer = ScatteringLayer(1.5, 2.0, 0.9, PHASE)
     assert jax.tree.map(jnp.negative, layer).optical_thickness == -2.0
+
+
+@pytest.mark.parametrize("number", [int, float, np.float64, np.float32, jnp.asarray])
+def test_whatever_the_type_of_a_number_it_is_the_same_program(number):
+    def leaves(one):
+        stack = Stack((ClearLayer(one, one), ScatteringLayer(one, one, one, HenyeyGreenstein(0))), one, one)
+        return [(x.dtype, x.shape, x.weak_type) for x in jax.tree.leaves(stack)]
+
+    assert leaves(number(1)) == leaves(1.0)
 
 
 @pytest.mark.parametrize("name", ["ink.scattering_per_mm", "ink.absorption_per_mm", "ink.thickness_um"])

@@ -15,6 +15,7 @@ from jaxink.errors import InputRefusedError
 from jaxink.ink import InkLayers
 from jaxink.model import mie_sizes, volume_scattering
 from jaxink.numerics.precision import computing
+from jaxink.numerics.validity import as_float
 from jaxink.optics import Directions, ScatteringLayer
 from jaxink.particles import HenyeyGreenstein, LegendreSeries, PhaseFunction, TwoTermHenyeyGreenstein
 from jaxink.solver import SolverConfig, Stack, diffuse_bsdf, hemispherical_power
@@ -33,7 +34,7 @@ SHORT_FORMS = ("henyey_greenstein", "two_term_henyey_greenstein", "gegenbauer")
 class _Series(LegendreSeries):
     """A series of many moments; where it is cut, it may be slightly negative."""
 
-    phase_moments: Float[Array, " moments"] = eqx.field(converter=jnp.asarray)
+    phase_moments: Float[Array, " moments"] = eqx.field(converter=as_float)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

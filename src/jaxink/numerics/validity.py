@@ -15,12 +15,20 @@ def is_known(value) -> bool:
     return not any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves(value))
 
 
-def known_array(value) -> Array:
-    """`jnp.asarray`, of which a known number stays known while a function is being compiled."""
+def as_float(value) -> Array:
+    """Array of floats of JAX's precision.
+
+    Integers, Python's floats and NumPy's, which are three types in `jnp.asarray`, share compiled programs.
+    """
+    return jnp.asarray(value, float)
+
+
+def known_float(value) -> Array:
+    """`as_float`, of which a known number stays known while a function is being compiled."""
     if not is_known(value):
-        return jnp.asarray(value)
+        return as_float(value)
     with jax.ensure_compile_time_eval():
-        return jnp.asarray(value)
+        return as_float(value)
 
 
 def require(name: str, value, is_right: Callable[[np.ndarray], np.ndarray], requirement: str) -> None:

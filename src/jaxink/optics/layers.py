@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
 from jaxink.display.brief import brief_repr
-from jaxink.numerics.validity import known_array, require
+from jaxink.numerics.validity import as_float, known_float, require
 from jaxink.optics.phase_function import PhaseFunction
 
 
@@ -25,8 +25,8 @@ class ClearLayer(eqx.Module):
 
     __repr__ = brief_repr
 
-    refractive_index: Float[Array, ""] = eqx.field(converter=known_array)
-    optical_thickness: Float[Array, ""] = eqx.field(converter=jnp.asarray)
+    refractive_index: Float[Array, ""] = eqx.field(converter=known_float)
+    optical_thickness: Float[Array, ""] = eqx.field(converter=as_float)
 
     if TYPE_CHECKING:
         # Type checkers know nothing of converters: what a user may give, here and beside.
@@ -53,9 +53,9 @@ class ScatteringLayer(eqx.Module):
 
     __repr__ = brief_repr
 
-    refractive_index: Float[Array, ""] = eqx.field(converter=known_array)
-    optical_thickness: Float[Array, ""] = eqx.field(converter=jnp.asarray)
-    single_scattering_albedo: Float[Array, ""] = eqx.field(converter=jnp.asarray)
+    refractive_index: Float[Array, ""] = eqx.field(converter=known_float)
+    optical_thickness: Float[Array, ""] = eqx.field(converter=as_float)
+    single_scattering_albedo: Float[Array, ""] = eqx.field(converter=as_float)
     phase_function: PhaseFunction
 
     if TYPE_CHECKING:

@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Array, Complex, Float
 
 from jaxink.errors import InputRefusedError
-from jaxink.numerics.validity import is_known, require
+from jaxink.numerics.validity import as_float, is_known, require
 from jaxink.optics import ScatteringMatrix
 from jaxink.particles.mie import DEFAULT_MAX_SIZE_PARAMETER, MAX_RELATIVE_INDEX, mie_sphere
 from jaxink.particles.mie_series import angular_quadrature, mie_orders
@@ -34,7 +34,7 @@ class SpherePopulation(eqx.Module):
 
     sizes: SizeDistribution
     particle_index: Complex[Array, ""] = eqx.field(converter=lambda v: jnp.asarray(v, complex))
-    volume_fraction: Float[Array, ""] = eqx.field(converter=lambda v: jnp.asarray(v, float))
+    volume_fraction: Float[Array, ""] = eqx.field(converter=as_float)
 
 
 class LegendrePhaseFunction(LegendreSeries):

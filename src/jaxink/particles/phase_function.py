@@ -12,12 +12,8 @@ from jaxtyping import Array, Float
 
 from jaxink.errors import InputRefusedError
 from jaxink.numerics.legendre import legendre_series, moments_of_function
-from jaxink.numerics.validity import is_known, require
+from jaxink.numerics.validity import as_float, is_known, require
 from jaxink.optics import PhaseFunction, ScatteringMatrix
-
-
-def _as_float(value) -> Array:
-    return jnp.asarray(value, float)
 
 
 def _henyey_greenstein(g, cosine):
@@ -57,7 +53,7 @@ class HenyeyGreenstein(PhaseFunction):
     Henyey, Greenstein 1941 Astrophys. J. 93, 70, eq. 2.
     """
 
-    asymmetry_parameter: Float[Array, ""] = eqx.field(converter=_as_float)
+    asymmetry_parameter: Float[Array, ""] = eqx.field(converter=as_float)
 
     if TYPE_CHECKING:
         # Type checkers know nothing of converters: what a user may give, here and below.
@@ -86,9 +82,9 @@ class TwoTermHenyeyGreenstein(PhaseFunction):
         Fraction of the scattering in the second lobe, 0 to 1.
     """
 
-    asymmetry_parameter: Float[Array, ""] = eqx.field(converter=_as_float)
-    second_asymmetry_parameter: Float[Array, ""] = eqx.field(converter=_as_float)
-    second_weight: Float[Array, ""] = eqx.field(converter=_as_float)
+    asymmetry_parameter: Float[Array, ""] = eqx.field(converter=as_float)
+    second_asymmetry_parameter: Float[Array, ""] = eqx.field(converter=as_float)
+    second_weight: Float[Array, ""] = eqx.field(converter=as_float)
 
     if TYPE_CHECKING:
 
@@ -250,7 +246,7 @@ class TabulatedByMoments(LegendreSeries):
         If the first moment is not 1, one exceeds 1 in magnitude, or the series becomes negative.
     """
 
-    phase_moments: Float[Array, " moments"] = eqx.field(converter=_as_float)
+    phase_moments: Float[Array, " moments"] = eqx.field(converter=as_float)
 
     def __check_init__(self):
         require("phase moment 0", self.phase_moments[0], lambda m: np.abs(m - 1) <= 1e-6, "be 1")

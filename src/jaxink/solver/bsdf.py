@@ -11,7 +11,7 @@ from scipy.special import gammaln
 
 from jaxink.errors import InputRefusedError
 from jaxink.numerics.precision import require_float64
-from jaxink.numerics.validity import is_known, known_array
+from jaxink.numerics.validity import is_known, known_float
 from jaxink.optics import Directions, propagating_cosine
 from jaxink.solver.config import SolverConfig
 from jaxink.solver.plan import ChannelPlan, plan_channels
@@ -241,7 +241,7 @@ def regular_power(
         Share of the incident power, attenuated by the true optical thickness.
     """
     require_float64()
-    sin_incidence = known_array(sin_incidence)
+    sin_incidence = known_float(sin_incidence)
     solve = _compiled_regular if is_known((stack, sin_incidence)) else _regular_power
     return solve(stack, sin_incidence)
 

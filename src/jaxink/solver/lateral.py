@@ -25,6 +25,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from jaxink.numerics.own_derivatives import point_by_point
+from jaxink.numerics.validity import as_float
 from jaxink.optics import propagating_cosine
 
 # Frequencies times the radius of the field. The sum is exact without displacement. Elsewhere it is accurate
@@ -91,9 +92,9 @@ class LateralField(eqx.Module):
         Thickness of each layer; 0 if it scatters, as lateral transport within the ink is neglected.
     """
 
-    beam_radius_mm: Float[Array, ""] = eqx.field(converter=jnp.asarray)
-    detector_radius_mm: Float[Array, ""] = eqx.field(converter=jnp.asarray)
-    thickness_mm: Float[Array, " layers"] = eqx.field(converter=jnp.asarray)
+    beam_radius_mm: Float[Array, ""] = eqx.field(converter=as_float)
+    detector_radius_mm: Float[Array, ""] = eqx.field(converter=as_float)
+    thickness_mm: Float[Array, " layers"] = eqx.field(converter=as_float)
 
     def displacements(self, cosines: Float[Array, "layers channels"]) -> Float[Array, "layers channels"]:
         """Lateral displacement of one passage through each layer, in mm; 0 in evanescent channels."""

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float
 
 from jaxink.display.brief import brief_repr
-from jaxink.numerics.validity import known_array
+from jaxink.numerics.validity import known_float
 from jaxink.optics import ClearLayer, ScatteringLayer, propagating_cosine
 from jaxink.solver.lateral import LateralField
 from jaxink.surfaces import SlopeDensity, WaveFace, kept_regular
@@ -35,8 +35,8 @@ class Stack(eqx.Module):
     __repr__ = brief_repr
 
     layers: tuple[ClearLayer | ScatteringLayer, ...]
-    index_front: Float[Array, ""] = eqx.field(converter=known_array)
-    index_back: Float[Array, ""] = eqx.field(converter=known_array)
+    index_front: Float[Array, ""] = eqx.field(converter=known_float)
+    index_back: Float[Array, ""] = eqx.field(converter=known_float)
     faces: tuple[SlopeDensity | WaveFace | None, ...] = ()
     backing: Float[Array, ""] | None = None
     lateral: LateralField | None = None

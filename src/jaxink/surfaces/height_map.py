@@ -15,6 +15,7 @@ from jaxtyping import Array, Float, Real
 
 from jaxink.errors import InputRefusedError
 from jaxink.numerics.precision import require_float64
+from jaxink.numerics.validity import as_float
 from jaxink.surfaces.slopes import SlopeDensity
 from jaxink.surfaces.spectrum import TabulatedSpectrum, isotropic_from_profile, tabulated_spectrum
 
@@ -42,9 +43,9 @@ class TabulatedSlopes(SlopeDensity):
         Logarithm of P at the nodes for a factor of 1, up to a constant.
     """
 
-    height_scale: Float[Array, ""] = eqx.field(converter=jnp.asarray)
-    slopes: Float[Array, " nodes"] = eqx.field(converter=jnp.asarray)
-    log_density: Float[Array, " nodes"] = eqx.field(converter=jnp.asarray)
+    height_scale: Float[Array, ""] = eqx.field(converter=as_float)
+    slopes: Float[Array, " nodes"] = eqx.field(converter=as_float)
+    log_density: Float[Array, " nodes"] = eqx.field(converter=as_float)
 
     def _scale(self):
         weight = jnp.exp(self.log_density) * self.slopes * jnp.gradient(self.slopes)

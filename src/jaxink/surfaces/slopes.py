@@ -14,6 +14,7 @@ import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
 from jaxink.numerics.quadrature import gauss_legendre_unit
+from jaxink.numerics.validity import as_float
 
 # Added to every width, so that a flat surface is not a special case.
 _LEAST_SCALE = 1e-7
@@ -99,7 +100,7 @@ class AnalyticSlopes(SlopeDensity):
         One of `LAWS`, or numbers like them.
     """
 
-    slope_variance: Float[Array, ""] = eqx.field(converter=jnp.asarray)
+    slope_variance: Float[Array, ""] = eqx.field(converter=as_float)
     law: SlopeLaw
 
     def _scale(self):
@@ -119,7 +120,7 @@ class SlopeMixture(SlopeDensity):
 
     first: SlopeDensity
     second: SlopeDensity
-    second_weight: Float[Array, ""] = eqx.field(converter=jnp.asarray)
+    second_weight: Float[Array, ""] = eqx.field(converter=as_float)
 
     def _scale(self):
         return jnp.minimum(self.first.scale, self.second.scale)

@@ -17,6 +17,7 @@ from jaxink.errors import InputRefusedError
 from jaxink.numerics.hankel import N_NODES, STEP, cubic_weights, interpolate_log, log_nodes, radial_fourier
 from jaxink.numerics.precision import require_float64
 from jaxink.numerics.quadrature import gauss_legendre_unit
+from jaxink.numerics.validity import as_float
 
 # Trapezoidal nodes in log t for a K-correlation as a mixture of Gaussians; they converge exponentially.
 _MIXTURE = np.linspace(-45.0, 4.5, 199)
@@ -88,8 +89,8 @@ class GaussianSpectrum(PowerSpectrum):
         L; the slope variance is 2 sigma^2 / L^2.
     """
 
-    height_variance_um2: Float[Array, ""] = eqx.field(converter=jnp.asarray)
-    correlation_length_um: Float[Array, ""] = eqx.field(converter=jnp.asarray)
+    height_variance_um2: Float[Array, ""] = eqx.field(converter=as_float)
+    correlation_length_um: Float[Array, ""] = eqx.field(converter=as_float)
 
     @property
     def length_um(self) -> Float[Array, ""]:
@@ -143,9 +144,9 @@ class KCorrelation(PowerSpectrum):
     Church, Takacs, Leonard 1989 Proc. SPIE 1165, 136; Stover 2012 Optical Scattering, 3rd ed.
     """
 
-    height_variance_um2: Float[Array, ""] = eqx.field(converter=jnp.asarray)
-    length_b_um: Float[Array, ""] = eqx.field(converter=jnp.asarray)
-    exponent: Float[Array, ""] = eqx.field(converter=jnp.asarray)
+    height_variance_um2: Float[Array, ""] = eqx.field(converter=as_float)
+    length_b_um: Float[Array, ""] = eqx.field(converter=as_float)
+    exponent: Float[Array, ""] = eqx.field(converter=as_float)
 
     @property
     def length_um(self) -> Float[Array, ""]:
@@ -362,9 +363,9 @@ class TabulatedSpectrum(PowerSpectrum):
         Logarithms of the nodes' frequencies in 1/um and of their PSD, the latter up to a constant.
     """
 
-    height_variance_um2: Float[Array, ""] = eqx.field(converter=jnp.asarray)
-    log_frequency: Float[Array, " nodes"] = eqx.field(converter=jnp.asarray)
-    log_shape: Float[Array, " nodes"] = eqx.field(converter=jnp.asarray)
+    height_variance_um2: Float[Array, ""] = eqx.field(converter=as_float)
+    log_frequency: Float[Array, " nodes"] = eqx.field(converter=as_float)
+    log_shape: Float[Array, " nodes"] = eqx.field(converter=as_float)
 
     @property
     def length_um(self) -> Float[Array, ""]:

@@ -23,6 +23,7 @@ from jaxtyping import Array, ArrayLike, Bool, Float
 
 from jaxink.numerics.chebyshev import chebyshev_moments
 from jaxink.numerics.quadrature import gauss_legendre_unit
+from jaxink.numerics.validity import as_float
 from jaxink.optics import ChannelGrid, fresnel_reflectance, propagating_cosine
 from jaxink.surfaces.channel_rows import block_polynomials, node_coefficients
 from jaxink.surfaces.interface import RoughResponse, WaveInterface, WaveLobes
@@ -42,7 +43,7 @@ class WaveFace(eqx.Module):
     """A rough face of a layer in wave optics: a `WaveSurface` without the indices, which the stack has."""
 
     spectrum: PowerSpectrum
-    wavelength_nm: Float[Array, ""] = eqx.field(converter=jnp.asarray)
+    wavelength_nm: Float[Array, ""] = eqx.field(converter=as_float)
     amplitude: str = eqx.field(static=True, default="perturbation")
 
     def between(self, index_here: Float[Array, ""], index_there: Float[Array, ""]) -> WaveSurface:

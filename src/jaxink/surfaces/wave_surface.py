@@ -8,6 +8,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Bool, Float
 
 from jaxink.errors import require_one_of
+from jaxink.numerics.validity import as_float
 from jaxink.optics import fresnel_reflectance, refracted_cosine
 from jaxink.surfaces.spectrum import PowerSpectrum
 
@@ -36,9 +37,9 @@ class WaveSurface(eqx.Module):
     """
 
     spectrum: PowerSpectrum
-    index_front: Float[Array, ""] = eqx.field(converter=jnp.asarray)
-    index_back: Float[Array, ""] = eqx.field(converter=jnp.asarray)
-    wavelength_nm: Float[Array, ""] = eqx.field(converter=jnp.asarray)
+    index_front: Float[Array, ""] = eqx.field(converter=as_float)
+    index_back: Float[Array, ""] = eqx.field(converter=as_float)
+    wavelength_nm: Float[Array, ""] = eqx.field(converter=as_float)
     amplitude: str = eqx.field(static=True, default="perturbation")
     several_orders: bool = eqx.field(static=True, default=True)
 
