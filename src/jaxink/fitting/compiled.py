@@ -15,7 +15,7 @@ from jaxtyping import Float
 
 from jaxink.fitting.colouring import Colouring
 from jaxink.fitting.objective import Objective
-from jaxink.model import StackBuilder
+from jaxink.model import structure_of
 from jaxink.numerics.compiling import LITTLE, NONE, Tiered, jit_unoptimised
 from jaxink.numerics.fingerprint import fingerprint
 from jaxink.numerics.weak_cache import WeakCache
@@ -85,14 +85,7 @@ def arrays_of(objective: Objective) -> Objective:
 
 def without_values(objective: Objective) -> Objective:
     """The objective of all samples that differ in their values only, which its variables and arrays give."""
-    given = frozenset((*objective.names, *objective.free))
-
-    def kept(x):
-        if isinstance(x, StackBuilder):
-            return x.without_values(given)
-        return jnp.asarray(x) if isinstance(x, np.ndarray) else x
-
-    return jax.tree.map(kept, objective, is_leaf=lambda x: isinstance(x, StackBuilder))
+    return structure_of(objective, frozenset((*objective.names, *objective.free)))
 
 
 def split(objective: Objective) -> tuple[Objective, PyTreeDef, tuple]:

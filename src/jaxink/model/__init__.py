@@ -1,6 +1,6 @@
 """Predicted BSDF of a sample at the points of a measurement."""
 
-from jaxink.model.build import StackBuilder
+from jaxink.model.build import StackBuilder, structure_of
 from jaxink.model.checks import wavelengths_without_values
 from jaxink.model.forward import ForwardModel, evaluate, why_not_polarised
 from jaxink.model.readings import ReadingsModel
@@ -16,6 +16,7 @@ __all__ = [
     "StackBuilder",
     "evaluate",
     "mie_sizes",
+    "structure_of",
     "volume_scattering",
     "wavelengths_without_values",
     "why_not_polarised",

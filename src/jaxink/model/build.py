@@ -2,7 +2,7 @@
 
 import dataclasses
 from collections.abc import Collection, Mapping
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import equinox as eqx
 import jax
@@ -33,6 +33,8 @@ from jaxink.surfaces import (
     WaveFace,
     slope_density,
 )
+
+TreeT = TypeVar("TreeT")
 
 
 class Media(NamedTuple):
@@ -189,6 +191,20 @@ class StackBuilder(eqx.Module):
         wavelengths = jnp.asarray(self.wavelengths_nm)
         scattering = (layer for layer in self.sample.layers if layer.scatters)
         return {layer.name: at_each(of(layer), wavelengths, values) for layer in scattering}
+
+
+def structure_of(tree: TreeT, given: Collection[str]) -> TreeT:
+    """A tree of all samples that differ in the values of some parameters only, which are always given to it.
+
+    Its arrays are JAX's, so that they, too, are given to a program of it.
+    """
+
+    def kept(leaf):
+        if isinstance(leaf, StackBuilder):
+            return leaf.without_values(given)
+        return jnp.asarray(leaf) if isinstance(leaf, np.ndarray) else leaf
+
+    return jax.tree.map(kept, tree, is_leaf=lambda leaf: isinstance(leaf, StackBuilder))
 
 
 def stack_builder(sample: Sample, wavelengths_nm: tuple[float, ...], media: Media) -> StackBuilder:

@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from jaxink.model.build import StackBuilder, media_of, stack_builder
+from jaxink.model.build import StackBuilder, media_of, stack_builder, structure_of
 from jaxink.model.checks import require_predictable
 from jaxink.model.depth_profiles import DepthProfiles, at_pairs, profiles_at
 from jaxink.model.instrument import Cones
@@ -228,13 +228,17 @@ class ForwardModel(SampleModel):
 class PredictsBsdf(Protocol):
     """A forward model, possibly with effects."""
 
-    def bsdf(self) -> Float[Array, " points"]:
-        """BSDF at its points at the values of its sample's table."""
+    @property
+    def sample(self) -> Sample:
+        """The sample, with the parameters of its effects."""
+
+    def bsdf(self, free_values: Mapping | None = None) -> Float[Array, " points"]:
+        """BSDF at its points, at some values by name in place of those of the sample's table."""
 
 
 @eqx.filter_jit
-def _compiled_bsdf(model: PredictsBsdf):
-    return model.bsdf()
+def _compiled_bsdf(model: PredictsBsdf, values):
+    return model.bsdf(values)
 
 
 def evaluate(model: PredictsBsdf) -> np.ndarray:
@@ -246,7 +250,10 @@ def evaluate(model: PredictsBsdf) -> np.ndarray:
         In 1/sr, shape ``(points,)``.
     """
     with computing():
-        return np.asarray(_compiled_bsdf(model))
+        table = model.sample.parameters.items()
+        values = {name: jnp.asarray(p.value, float) for name, p in table if p.tie is None}
+        # One program serves all samples of a structure.
+        return np.asarray(_compiled_bsdf(structure_of(model, frozenset(values)), values))
 
 
 def why_not_polarised(sample: Sample) -> str:
