@@ -33,6 +33,7 @@ HEADERS = {
     "Standardabweichung [1/sr]",
     "French": "angle d’incidence (degrés);angle d'observation (degrés);azimut relatif;"
     "longueur d’onde (nm);côté;BSDF (sr-1);incertitude (sr-1)",
+    "words with degrees": "Incidence [°];Viewing (deg);phi [°];Wavelength;Side;BSDF [1/sr];sigma [1/sr]",
     "Japanese": "入射角（度）;受光角[度];相対方位角;波長（nm）;side;BSDF値;標準偏差 [1/sr]",
 }
 

@@ -255,6 +255,43 @@ def test_a_title_that_the_caller_contradicts_is_refused(title, read, refused):
     assert read(title, *BLOCK, theta_i_deg=45, **PLANE).theta_i_deg[0] == 45
 
 
+ABOVE = ["Sample,White ink", "Wavelength,550 nm", "Mode: Transmission", "Angle of incidence = 30°"]
+ALONE = ["Detector angle,BSDF (1/sr)", *(f"{k},0.19" for k in (-50, -40, 0, 10, 20, 40))]
+
+
+@pytest.mark.parametrize("sign", ["", "# "], ids=["lines", "comments"])
+def test_what_stands_alone_above_a_table_is_of_all_its_rows(sign, read):
+    data = read(*(f"{sign}{line}" for line in ABOVE), *ALONE, signed_angles=True)
+    assert set(data.wavelength_nm) == {550.0}
+    assert set(data.theta_i_deg) == {30.0}
+    assert data.is_transmission.all()
+    for name, row in (("wavelength_nm", 2), ("side", 3), ("theta_i_deg", 4)):
+        assert any(f"no column {name}; row {row} above it states" in note for note in data.notes)
+
+
+@pytest.mark.parametrize(
+    ("title", "asked"),
+    [
+        ("Reference wavelength: 633 nm", "wavelength_nm"),
+        ("Wavelength: 633 nm", "wavelength_nm"),
+        ("Wavelength: 0.55 um", "wavelength_nm"),
+        ("Reflectance standard: Spectralon", "side"),
+        ("Mode: Reflection", "side"),
+    ],
+)
+def test_what_is_about_something_else_or_has_two_values_is_asked_for(title, asked, read, refused):
+    about = {"wavelength_nm": "Wavelength", "side": "Mode"}[asked]
+    # Of two values, the other one is in the block.
+    others = ABOVE if title.startswith(about) and "um" not in title else [t for t in ABOVE if about not in t]
+    with refused(asked):
+        read(title, *others, *ALONE, signed_angles=True)
+
+
+def test_the_caller_is_asked_where_a_title_says_otherwise(read, refused):
+    with refused("row 2", "wavelength_nm = 550", "633"):
+        read(*ABOVE, *ALONE, signed_angles=True, wavelength_nm=633)
+
+
 def test_the_specular_direction_may_be_negative(read, told):
     lines = ["AOI,Detector angle,BRDF", *(f"45,{k},{5 if k == -45 else 0.2}" for k in (-60, -45, 0, 45, 60))]
     with pytest.raises(InputRefusedError) as refused:

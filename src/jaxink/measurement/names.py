@@ -137,7 +137,9 @@ NAMES = {
         illumination_angle, angle_of_illumination, Einfallswinkel, Einfallwinkel, Einstrahlwinkel,
         Beleuchtungswinkel, theta_ein, angle d'incidence, angle incident, angle d'éclairage,
         angle d'illumination, 入射角, 入射角度, 入射天頂角, 入射极角, 照明角, 照射角,
-        ángulo de incidencia, angolo di incidenza, angolo d'incidenza, invalshoek""",
+        ángulo de incidencia, angolo di incidenza, angolo d'incidenza, invalshoek, theta_incoming,
+        incoming_theta, incoming_angle, theta_illumination, illumination_zenith_angle, source_angle,
+        source_zenith_angle, lamp_angle, solar_zenith_angle, incident_zenith_angle""",
     "theta_o_deg": """
         theta_o, theta_out, theta_r, theta_s, theta_v, theta_t, theta_scatter, theta_scattered,
         theta_refl, theta_reflected, theta_transmitted, theta_view, theta_viewing, theta_det,
@@ -149,7 +151,10 @@ NAMES = {
         Abstrahlwinkel, Reflexionswinkel, Detektorwinkel, theta_aus, angle d'observation, angle de vue,
         angle de réflexion, angle d'émergence, angle de sortie, 出射角, 出射角度, 射出角, 受光角,
         受光角度, 観測角, 観察角, 反射角, 观测角, 观察角, 散射极角, ángulo de observación,
-        ángulo de reflexión, angolo di osservazione, waarnemingshoek""",
+        ángulo de reflexión, angolo di osservazione, waarnemingshoek, theta_outgoing, theta_detection,
+        theta_observation, theta_sensor, sensor_angle, sensor_zenith_angle, camera_angle, emission_angle,
+        angle_of_emission, theta_emission, outgoing_zenith_angle, exit_zenith_angle, exitant_angle,
+        observation_zenith_angle, viewing_polar_angle, polar_angle_of_view, Sichtwinkel""",
     "phi_deg": """
         phi, dphi, delta_phi, phi_rel, phi_relative, relative_phi, azimuth, azimuth_angle,
         relative_azimuth, relative_azimuth_angle, azimuth_difference, rel_azimuth, Azimut, Azimutwinkel,
@@ -165,7 +170,8 @@ NAMES = {
         azimuth_of_illumination, azimuth_of_source, azimuth_angle_of_incidence, Einfallsazimut,
         Einfallsazimutwinkel, Azimut Einfall, Azimut des Einfalls, Azimut Einfallswinkel,
         Azimut der Quelle, Beleuchtungsazimut, phi_ein, azimut d'incidence, azimut incident,
-        azimut incidence, azimut de la source, azimut d'éclairage, 入射方位角, 入射方位, 照明方位角,
+        phi_incoming, incoming_phi, incoming_azimuth, solar_azimuth, azimut incidence,
+        azimut de la source, azimut d'éclairage, 入射方位角, 入射方位, 照明方位角,
         acimut de incidencia, azimut di incidenza""",
     "phi_o_deg": """
         phi_o, phi_out, phi_r, phi_s, phi_v, phi_t, phi_scatter, phi_scattered, phi_refl, phi_reflected,
@@ -176,6 +182,7 @@ NAMES = {
         reflection_azimuth, observation_azimuth, view_azimuth_angle, viewing_azimuth_angle,
         outgoing_azimuth_angle, Ausfallsazimut, Ausfallsazimutwinkel, Azimut Ausfall,
         Azimut Ausfallswinkel, Beobachtungsazimut, Azimut des Detektors, phi_aus, azimut d'observation,
+        phi_outgoing, phi_detection, phi_observation, phi_sensor, sensor_azimuth,
         azimut d'émergence, azimut de sortie, azimut du détecteur, 出射方位角, 受光方位角, 観測方位角,
         反射方位角, 观测方位角, acimut de observación""",
     "wavelength_nm": """
@@ -197,6 +204,15 @@ NAMES = {
 }
 
 
+# Words that name an angle if degrees stand beside them, and otherwise may be anything.
+_WITH_DEGREES = {
+    "theta_i_deg": "incidence, incident, incoming, illumination, source, Einfall, Beleuchtung, 入射, 照明",
+    "theta_o_deg": """
+        view, viewing, observation, detection, detector, sensor, receiver, exit, outgoing, Ausfall,
+        Beobachtung, Betrachtung, Detektor, 受光, 観測, 观测""",
+}
+
+
 def plain_name(name: str) -> str:
     """A column name in small letters, digits and underscores: ``phi [deg]`` is ``phi_deg``."""
     letters = unicodedata.normalize("NFKD", unicodedata.normalize("NFKC", name).casefold())
@@ -213,6 +229,7 @@ def _keys(text: str) -> set[str]:
 
 
 _TARGET = {key: target for target, text in NAMES.items() for key in (_keys(text) | {_key(target)})}
+_TARGET_WITH_DEGREES = {key: target for target, text in _WITH_DEGREES.items() for key in _keys(text)}
 _COSINES = _keys(COSINES)
 
 
@@ -222,6 +239,8 @@ def meaning(name: str) -> tuple[str, str] | None:
         return exact, ""
     stem, unit = name_and_unit(name)
     target = _TARGET.get(_key(stem)) or _TARGET.get(_key(name))
+    if target is None and plain_unit(unit) in UNITS["deg"]:
+        target = _TARGET_WITH_DEGREES.get(_key(stem))
     return None if target is None else (target, unit)
 
 

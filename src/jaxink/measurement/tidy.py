@@ -14,7 +14,7 @@ from jaxink.measurement.columns import ANGLES, OPTIONS, match_columns, side_in_h
 from jaxink.measurement.conditions import refuse_several_conditions
 from jaxink.measurement.dataset import GonioData
 from jaxink.measurement.masks import value_bits, value_notes
-from jaxink.measurement.names import meaning, other_quantity
+from jaxink.measurement.names import meaning, other_quantity, side_of
 from jaxink.measurement.pairs import direction_groups
 from jaxink.measurement.rows import (
     Conditions,
@@ -27,6 +27,7 @@ from jaxink.measurement.rows import (
 )
 from jaxink.measurement.stacked import facts_of_title
 from jaxink.measurement.table import TextTable, refusal
+from jaxink.measurement.titles import stated_alone
 
 _SAME_DEG = 1e-3
 _LARGEST_DEG = 360.0
@@ -142,7 +143,7 @@ def _understood(
             "it with jaxink.read_readings"
         )
         raise refusal(table.source, text, table.header_line)
-    table, constant_notes = _with_constants(table, stated)
+    table, constant_notes = _with_constants(*_with_titles(table, stated), stated)
     known, extra, column_notes = match_columns(
         table, dict(stated.columns), stated.supplied, stated.cosine_weighted
     )
@@ -174,9 +175,33 @@ def _refuse_titles(table: TextTable, stated: ReadOptions) -> None:
         raise refusal(table.source, other.of_title(title), line)
 
 
-def _with_constants(table: TextTable, stated: ReadOptions) -> tuple[TextTable, list[str]]:
+def _with_titles(table: TextTable, stated: ReadOptions) -> tuple[TextTable, list[str]]:
+    """The table with a column for each quantity that it lacks, and that one line above it states."""
+    found: dict[str, dict[str, int]] = {}
+    for line, title in () if table.is_matrix else table.titles:
+        if (fact := stated_alone(title)) is not None:
+            found.setdefault(fact[0], {}).setdefault(fact[1], line)
+    meant = {name: (meaning(name) or ("",))[0] for name in table.names}
+    own = {*stated.columns, *meant.values()}
+    values = [
+        stated.columns.get("bsdf_per_sr"),
+        *(n for n, target in meant.items() if target == "bsdf_per_sr"),
+    ]
+    if table.sheet_side is not None or any(name and side_of(name) for name in values):
+        own.add("side")
+    notes = []
+    for name, texts in found.items():
+        if name in own or getattr(stated, name) is not None or len(texts) > 1:
+            continue
+        ((text, line),) = texts.items()
+        cell = text.replace(".", ",") if has_decimal_commas(table) else text
+        table = table.with_constant(name, cell)
+        notes.append(f"The table has no column {name}; row {line} above it states {text}.")
+    return table, notes
+
+
+def _with_constants(table: TextTable, notes: list[str], stated: ReadOptions) -> tuple[TextTable, list[str]]:
     """The table with a column for each angle that the caller states."""
-    notes: list[str] = []
     for name in ("theta_i_deg", "phi_deg", "phi_o_deg"):
         value = getattr(stated, name)
         if value is None:

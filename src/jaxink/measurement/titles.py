@@ -1,4 +1,4 @@
-"""What the title lines of a matrix of values state: wavelength, side, angles, and what its edges are."""
+"""What the lines above values state: wavelength, side, angles, and what the edges of a matrix are."""
 
 import re
 from collections.abc import Iterator, Sequence
@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 from jaxink.measurement.names import (
     CONVERSIONS,
+    SIDES,
     UNITS,
     meaning,
     plain_name,
@@ -21,8 +22,17 @@ ROWS, COLUMNS = "rows", "columns"
 # A comma before a digit may be a decimal one.
 _PIECES = re.compile(r"[;|\t\n]|,(?!\d)")
 _DECORATION = re.compile(r"^[-*=~_]{2,}\s*|\s*(?:[-*=~_]{2,}|[.:])$")
-_NUMBER = r"[-+\N{MINUS SIGN}]?(?:\d+(?:[.,]\d*)?|[.,]\d+)"
+_NUMBER = r"[-+\N{MINUS SIGN}]?(?:\d+(?:[.,]\d*)?|\.\d+)"
 _VALUE = re.compile(rf"(?P<name>.*?)[\s=:]*(?P<value>{_NUMBER})\s*(?P<unit>[^\s\d=:]*)\s*")
+# A name with its value, and nothing else.
+_ALONE = re.compile(
+    rf"(?P<name>[^\d=:;,|\t]+?)\s*(?:[=:;,|\t]|\s)\s*(?P<value>{_NUMBER})\s*(?P<unit>[^\s\d=:;,|]*)[;,|\s]*"
+)
+_SIDE_ALONE = re.compile(r"(?:(?P<name>[^\W\d]+)\s*(?:[=:;,|\t]|\s)\s*)?(?P<side>[^\W\d]+)[;,|\s]*")
+_NAMES_OF_SIDE = (
+    *("side", "seite", "mode", "modus", "type", "typ", "kind", "art", "geometry", "geometrie"),
+    *("measurement", "messung"),
+)
 _EDGE = {
     ROWS: "rows row lines down vertical zeilen zeile senkrecht lignes ligne filas righe 行",
     COLUMNS: "columns column cols across along horizontal spalten spalte waagerecht colonnes colonne "
@@ -121,9 +131,31 @@ def refuse_other_values(source: str, text: str, line: int) -> None:
         raise refusal(source, problem.replace("the column", "the values").partition(", and name")[0], line)
 
 
+def stated_alone(title: str) -> tuple[str, str] | None:
+    """Wavelength, angle of incidence or side, by its name and as text, of a line that says nothing else.
+
+    Less than `facts` finds: there, titles say what differs between tables, here one may be about something
+    else, such as the wavelength of a reference.
+    """
+    text = _DECORATION.sub("", title.strip().strip("#").strip())
+    found = _ALONE.fullmatch(text)
+    if found is not None:
+        target, own_unit = meaning(found["name"].strip()) or ("", "")
+        if target not in ("wavelength_nm", "theta_i_deg"):
+            return None
+        if unit_problem(target, found["unit"] or own_unit) is not None:
+            return None
+        return target, found["value"].replace("\N{MINUS SIGN}", "-").replace(",", ".")
+    found = _SIDE_ALONE.fullmatch(text)
+    if found is not None and (found["name"] or "side").lower() in _NAMES_OF_SIDE:
+        side = SIDES.get(found["side"].lower())
+        return None if side is None else ("side", side)
+    return None
+
+
 def _named(text: str) -> tuple[str, str, str] | None:
     """Quantity and unit that the last words name, and the words before them."""
-    text = text.strip(" :=")
+    text = text.strip(" :=,")
     words = text.split()
     for first in range(max(0, len(words) - _MOST_WORDS), len(words)):
         if (meant := meaning(" ".join(words[first:]))) is not None:
