@@ -29,7 +29,8 @@ from jaxink.export.text import row, write_lines
 from jaxink.ink import InkTable
 from jaxink.ink.hemispherical_totals import diffuse_totals
 from jaxink.optics.phase_function import PhaseFunction
-from jaxink.particles.phase_function import _as_float, _henyey_greenstein, _powers
+from jaxink.numerics.validity import as_float
+from jaxink.particles.phase_function import _henyey_greenstein, _powers
 from jaxink.sample import Quantity, terms_of
 from jaxink.sample.effect_schema import EFFECTS, EffectKeys
 """
