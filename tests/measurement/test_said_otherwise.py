@@ -324,3 +324,41 @@ def test_a_header_that_is_repeated_is_skipped(read):
     data = read(*rows[:4], rows[0], *rows[4:], **PLANE)
     assert len(data) == 6
     assert any("header is repeated once" in note for note in data.notes)
+
+
+SAVED = ["30 0 0 0.2", "30 30 180 2.1", "30 60 180 0.12", "30 60 0 0.1"]
+NAMES = ["theta_i", "theta_o", "phi", "BRDF[1/sr]"]
+
+
+@pytest.mark.parametrize(
+    ("header", "delimiter"),
+    [(" ".join(NAMES), " "), ("# " + " ".join(NAMES), " "), ("# " + ",".join(NAMES), " ")]
+    + [("# " + ", ".join(NAMES), ", "), ("#" + "\t".join(NAMES), "\t"), ("   ".join(NAMES), "   ")],
+)
+def test_tables_as_programs_save_them_are_read(header, delimiter, read):
+    lines = [line.replace(" ", delimiter) for line in SAVED]
+    data = read("# lambda = 550 nm", header, *lines)
+    np.testing.assert_array_equal(data.theta_o_deg, [0, 30, 60, 60])
+    np.testing.assert_array_equal(data.phi_deg, [0, 180, 180, 0])
+    np.testing.assert_array_equal(data.bsdf_per_sr, [0.2, 2.1, 0.12, 0.1])
+    assert set(data.wavelength_nm) == {550.0}
+    np.testing.assert_array_equal(data.row, [3, 4, 5, 6])
+
+
+def test_a_comment_that_is_no_header_stays_one(read, refused):
+    with refused("row 2", "header"):
+        read("# ink, white, thick, dry", *(line.replace(" ", ",") for line in SAVED), wavelength_nm=550)
+
+
+def test_a_row_of_other_length_is_no_table_of_spaces(read, refused):
+    with refused("row 1", "comma"):
+        read(" ".join(NAMES), *SAVED, "30 60 180", wavelength_nm=550)
+
+
+def test_azimuths_of_view_are_not_replaced_by_the_sign_of_the_angle(read, refused):
+    header = "theta_i,theta_s,phi_s,BRDF"
+    rows = ["30,10,0,0.2", "30,30,0,2.1", "30,30,180,0.1"]
+    with refused("row 4", "phi_s", "--signed-angles"):
+        read(header, *rows, wavelength_nm=550, signed_angles=True)
+    data = read(header, *rows[:2], "30,-30,0,0.1", wavelength_nm=550, signed_angles=True)
+    np.testing.assert_array_equal(data.phi_deg, [180, 180, 0])

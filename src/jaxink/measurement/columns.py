@@ -294,8 +294,9 @@ def _refuse_azimuths(table, known, supplied):
     if "phi_o_deg" in known:
         name = table.names[known["phi_o_deg"]]
         text = (
-            f"{_DIFFERENCE}, which the header lacks; add it as phi_i_deg, or if it is 0 in all rows: "
-            f"{_stating('phi_deg', name)}"
+            f"{_DIFFERENCE}, which the header lacks; if '{name}' is 0 on the side of the source: "
+            f"{_stating('phi_deg', name)}; if it is 0 on the specular side, add 180 to it, and name it "
+            "phi_deg; if neither, add a column phi_i_deg"
         )
     else:
         name = table.names[known["phi_i_deg"]]

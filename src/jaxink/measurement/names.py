@@ -139,7 +139,8 @@ NAMES = {
         angle d'illumination, 入射角, 入射角度, 入射天頂角, 入射极角, 照明角, 照射角,
         ángulo de incidencia, angolo di incidenza, angolo d'incidenza, invalshoek, theta_incoming,
         incoming_theta, incoming_angle, theta_illumination, illumination_zenith_angle, source_angle,
-        source_zenith_angle, lamp_angle, solar_zenith_angle, incident_zenith_angle""",
+        source_zenith_angle, lamp_angle, solar_zenith_angle, incident_zenith_angle, zenith_i,
+        incident_zenith, incidence_zenith, source_zenith, zenith_of_incidence""",
     "theta_o_deg": """
         theta_o, theta_out, theta_r, theta_s, theta_v, theta_t, theta_scatter, theta_scattered,
         theta_refl, theta_reflected, theta_transmitted, theta_view, theta_viewing, theta_det,
@@ -154,7 +155,8 @@ NAMES = {
         ángulo de reflexión, angolo di osservazione, waarnemingshoek, theta_outgoing, theta_detection,
         theta_observation, theta_sensor, sensor_angle, sensor_zenith_angle, camera_angle, emission_angle,
         angle_of_emission, theta_emission, outgoing_zenith_angle, exit_zenith_angle, exitant_angle,
-        observation_zenith_angle, viewing_polar_angle, polar_angle_of_view, Sichtwinkel""",
+        observation_zenith_angle, viewing_polar_angle, polar_angle_of_view, Sichtwinkel, zenith_o,
+        zenith_r, zenith_s, zenith_v, view_zenith, viewing_zenith, detector_zenith, sensor_zenith""",
     "phi_deg": """
         phi, dphi, delta_phi, phi_rel, phi_relative, relative_phi, azimuth, azimuth_angle,
         relative_azimuth, relative_azimuth_angle, azimuth_difference, rel_azimuth, Azimut, Azimutwinkel,
@@ -176,7 +178,8 @@ NAMES = {
     "phi_o_deg": """
         phi_o, phi_out, phi_r, phi_s, phi_v, phi_t, phi_scatter, phi_scattered, phi_refl, phi_reflected,
         phi_transmitted, phi_view, phi_viewing, phi_det, phi_detector, phi_exit, phi_obs, outgoing_phi,
-        azimuth_o, azimuth_out, azimuth_outgoing, azimuth_scatter, azimuth_view, azimuth_exit,
+        azimuth_o, azimuth_r, azimuth_s, azimuth_v, azimuth_out,
+        azimuth_outgoing, azimuth_scatter, azimuth_view, azimuth_exit,
         azimuth_detector, azimuth_exit_angle, azimuth_of_view, azimuth_of_observation, view_azimuth,
         viewing_azimuth, exit_azimuth, detector_azimuth, outgoing_azimuth, scatter_azimuth,
         reflection_azimuth, observation_azimuth, view_azimuth_angle, viewing_azimuth_angle,

@@ -14,6 +14,7 @@ from jaxink.files.writing import written_whole
 from jaxink.measurement import matrix
 from jaxink.measurement.blocks import starts_a_matrix
 from jaxink.measurement.dataset import GonioData
+from jaxink.measurement.plain_text import as_delimited
 from jaxink.measurement.stacked import Below, one_below_the_other
 from jaxink.measurement.table import (
     AS_CSV,
@@ -120,7 +121,7 @@ def read_table(path: Path, renamed: Collection[str] = (), edges: Sequence[str] |
     """
     notes: list[str] = []
     content = read_bounded(path, _MOST_BYTES, "measurement file")
-    written = lines_of(path, content, notes)
+    written = as_delimited(lines_of(path, content, notes), notes)
     if not renamed and (table := _matrix(path, written, edges, notes)) is not None:
         return table
     if edges is not None:

@@ -227,6 +227,7 @@ def _angles(table: TextTable, known, signed: bool, notes) -> dict[str, Any]:
     angles |= relative_azimuths(table, known, angles.get("phi_deg"), notes)
     derived = "phi_deg" not in angles
     if derived:
+        _refuse_azimuths_of_view(table, known)
         # In the plane of incidence, on the specular side.
         angles["phi_deg"] = np.zeros(len(table.rows))
     checks.refuse_radians(table, angles)
@@ -237,6 +238,20 @@ def _angles(table: TextTable, known, signed: bool, notes) -> dict[str, Any]:
         angles |= unsigned_directions(table, angles, derived, notes)
     angles["theta_o_deg"] = checks.polar_angles(table, angles["theta_o_deg"], "theta_o_deg")
     return angles
+
+
+def _refuse_azimuths_of_view(table: TextTable, known: Mapping[str, int]) -> None:
+    """Reject azimuths of view that differ, where the sign of the polar angle is to tell the half-plane."""
+    if "phi_o_deg" not in known:
+        return
+    view = _azimuth(table, known, "phi_o_deg")
+    wrong = _turned(view - view[0])
+    if wrong.any():
+        text = (
+            "the azimuth of view differs between the rows, but with --signed-angles (in Python: "
+            "signed_angles=True) all are in the plane of incidence; leave that out"
+        )
+        raise refusal(table.source, text, table.lines[np.argmax(wrong)], table.names[known["phi_o_deg"]])
 
 
 def _if_turned(table: TextTable, known: Mapping[str, int], stated: ReadOptions) -> str:
