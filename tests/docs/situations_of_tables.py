@@ -234,7 +234,27 @@ TABLES = (
     Situation(
         "columns separated by spaces",
         {"ink.txt": text("\n".join(" ".join(shown(c) for c in row) for row in TIDY))},
-        named=("row 1", "commas"),
+        values=10,
+    ),
+    Situation(
+        "columns separated by spaces, one of them with an empty cell",
+        {"ink.txt": text("\n".join(" ".join(shown(c) for c in row) for row in [*TIDY, TIDY[1][:-1]]))},
+        named=("row 12", "5 words", "commas"),
+    ),
+    Situation(
+        "as numpy.savetxt writes it: spaces, names in a comment",
+        {"ink.txt": text("# " + "\n".join(" ".join(map(shown, row)) for row in without(TIDY, "side")))},
+        "--side R",
+        values=10,
+    ),
+    Situation(
+        "wavelength and side in lines above the header",
+        {
+            "ink.csv": csv(
+                [["Wavelength", "550 nm"], ["Mode", "Reflection"], *without(TIDY, "side", "wavelength_nm")]
+            )
+        },
+        values=10,
     ),
 )
 MATRICES = (

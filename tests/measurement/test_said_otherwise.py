@@ -351,7 +351,7 @@ def test_a_comment_that_is_no_header_stays_one(read, refused):
 
 
 def test_a_row_of_other_length_is_no_table_of_spaces(read, refused):
-    with refused("row 1", "comma"):
+    with refused("row 6", "3 words", "commas"):
         read(" ".join(NAMES), *SAVED, "30 60 180", wavelength_nm=550)
 
 

@@ -3,24 +3,31 @@
 from collections.abc import Sequence
 
 from jaxink.measurement.names import meaning
-from jaxink.measurement.table import is_number
+from jaxink.measurement.table import is_number, refusal
 
 _DELIMITERS = ",;\t"
 # So many names of a comment must be known for it to be a header.
 _FEWEST_NAMES = 2
 
 
-def as_delimited(lines: Sequence[str], notes: list[str]) -> list[str]:
+def as_delimited(source: str, lines: Sequence[str], notes: list[str]) -> list[str]:
     """Lines of a text file with its header out of its comment, and with commas in place of spaces.
 
     All lines as they are, unless the line above the first row of numbers has a name for each of its cells.
 
     Parameters
     ----------
+    source
+        The file, for messages.
     lines
-        Lines of the file.
+        Its lines.
     notes
         Collects sentences on what was done.
+
+    Raises
+    ------
+    InputRefusedError
+        If a row has more or fewer words than the header.
     """
     filled = [k for k, line in enumerate(lines) if line.strip()]
     rows = [k for k in filled if not _is_comment(lines[k])]
@@ -33,13 +40,17 @@ def as_delimited(lines: Sequence[str], notes: list[str]) -> list[str]:
     found = list(lines)
     if header is None or not _is_header(header, _is_comment(lines[above])):
         return found
+    below = [k for k in rows if k >= first]
     by_spaces = not any(delimiter in lines[first] for delimiter in _DELIMITERS)
+    if by_spaces and any(delimiter in lines[k] for k in below for delimiter in _DELIMITERS):
+        return found
     if by_spaces:
-        below = [k for k in rows if k >= first]
-        if any(len(_cells(lines[k])) != n for k in below):
-            return found
         for k in below:
-            found[k] = ",".join(lines[k].split())
+            words = lines[k].split()
+            if len(words) != n:
+                text = f"has {len(words)} words, but the header has {n}; separate the columns by commas"
+                raise refusal(source, text, k + 1)
+            found[k] = ",".join(words)
         notes.append("The columns are separated by spaces instead of commas.")
     delimiter = "," if by_spaces else max(_DELIMITERS, key=lines[first].count)
     if _is_comment(lines[above]):

@@ -121,7 +121,7 @@ def read_table(path: Path, renamed: Collection[str] = (), edges: Sequence[str] |
     """
     notes: list[str] = []
     content = read_bounded(path, _MOST_BYTES, "measurement file")
-    written = as_delimited(lines_of(path, content, notes), notes)
+    written = as_delimited(str(path), lines_of(path, content, notes), notes)
     if not renamed and (table := _matrix(path, written, edges, notes)) is not None:
         return table
     if edges is not None:
