@@ -326,6 +326,11 @@ def test_a_header_that_is_repeated_is_skipped(read):
     assert any("header is repeated once" in note for note in data.notes)
 
 
+def test_values_by_the_number_in_their_brackets_are_no_choice(read, refused):
+    with refused("BRDF(0) to BRDF(60)", "AOI 30 deg"):
+        read("theta_o,BRDF(0),BRDF(30),BRDF(60)", "10,0.1,0.2,0.3", "20,0.1,0.2,0.3", wavelength_nm=550)
+
+
 SAVED = ["30 0 0 0.2", "30 30 180 2.1", "30 60 180 0.12", "30 60 0 0.1"]
 NAMES = ["theta_i", "theta_o", "phi", "BRDF[1/sr]"]
 

@@ -203,6 +203,8 @@ def _find_by_meaning(table, known, extra, supplied, cosine_weighted, notes) -> N
             continue
         if target == "side" and "side" in supplied:
             continue
+        if target == "bsdf_per_sr" and len(names) > 1 and all(is_number(unit) for _, unit in names):
+            raise refusal(table.source, _as_a_matrix([name for name, _ in names]))
         if len(names) > 1:
             several = " and ".join(f"'{name}'" for name, _ in names)
             text = f"the columns {several} can be {target}; say which: {_stating(target, names[0][0])}"
@@ -328,13 +330,7 @@ def _refuse_missing(table, known, supplied):
         )
         raise refusal(table.source, text, column=cosines[0])
     if (numbered := _numbered(table.names)) is not None:
-        text = (
-            f"{len(numbered)} columns are named {numbered[0]} to {numbered[-1]}; if each has the values of "
-            "a wavelength or an angle, put them last, behind the columns of angles, and name them by "
-            "that alone, such as 450 nm or AOI 30 deg, to have them read as a matrix, or write a row for "
-            f"each value, in a column bsdf_per_sr (missing: {', '.join(missing)})"
-        )
-        raise refusal(table.source, text)
+        raise refusal(table.source, f"{_as_a_matrix(numbered)} (missing: {', '.join(missing)})")
     if {"value", "unit"} <= set(table.names):
         unit = table.column(table.names.index("unit"))[0]
         text = (
@@ -350,6 +346,15 @@ def _refuse_missing(table, known, supplied):
     if any("Latin-1" in note for note in table.notes):
         text += "; the file is not UTF-8 and was read as Latin-1: if these names are wrong, save it as UTF-8"
     raise refusal(table.source, text)
+
+
+def _as_a_matrix(names: Sequence[str]) -> str:
+    """What to do with columns of values with a number each."""
+    return (
+        f"{len(names)} columns are named {names[0]} to {names[-1]}; if each has the values of a wavelength or "
+        "an angle, put them last, behind the columns of angles, and name them by that alone, such as 450 nm or "
+        "AOI 30 deg, to have them read as a matrix, or write a row for each value, in a column bsdf_per_sr"
+    )
 
 
 def _numbered(names: Sequence[str]) -> list[str] | None:
