@@ -351,9 +351,10 @@ def _refuse_missing(table, known, supplied):
 def _as_a_matrix(names: Sequence[str]) -> str:
     """What to do with columns of values with a number each."""
     return (
-        f"{len(names)} columns are named {names[0]} to {names[-1]}; if each has the values of a wavelength or "
-        "an angle, put them last, behind the columns of angles, and name them by that alone, such as 450 nm or "
-        "AOI 30 deg, to have them read as a matrix, or write a row for each value, in a column bsdf_per_sr"
+        f"{len(names)} columns are named {names[0]} to {names[-1]}; if each has the values of a wavelength "
+        "or an angle, put them last, behind the columns of angles, and name them by that alone, such as "
+        "450 nm or AOI 30 deg, to have them read as a matrix, or write a row for each value, in a column "
+        "bsdf_per_sr"
     )
 
 
