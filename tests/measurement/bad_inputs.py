@@ -67,14 +67,14 @@ BAD_INPUTS = (
         "row 1",
     ),
     BadInput(
-        "commented_header",
-        _bytes(["# " + HEADER, "0,10,180,550,0,0.30,0.003"]),
+        "comment_of_other_length",
+        _bytes(["# " + HEADER.rpartition(",")[0], "0,10,180,550,0,0.30,0.003"]),
         "row 2",
     ),
     BadInput(
-        "blanks_between_columns",
-        _bytes(line.replace(",", " ") for line in GOOD),
-        "row 1",
+        "blanks_between_columns_of_other_number",
+        _bytes(line.replace(",", " ") for line in [*GOOD[:2], GOOD[2].rpartition(",")[0], *GOOD[3:]]),
+        "row 3",
     ),
     BadInput("excel", b"PK\x03\x04rest", ""),
     BadInput(
