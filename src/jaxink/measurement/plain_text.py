@@ -83,7 +83,9 @@ def _header(line: str, n: int) -> list[str] | None:
 
 def _is_header(cells: Sequence[str], of_comment: bool) -> bool:
     """Whether cells are names; those of a comment need to be known ones."""
-    if any(map(is_number, cells[:1])) or not all(cells):
+    if is_number(cells[0]) or not all(cells):
         return False
+    if not of_comment:
+        return True
     known = sum(meaning(cell) is not None for cell in cells)
-    return known >= min(_FEWEST_NAMES, len(cells)) and not any(map(is_number, cells)) if of_comment else True
+    return known >= min(_FEWEST_NAMES, len(cells)) and not any(map(is_number, cells))
