@@ -15,8 +15,7 @@ IN_ALL_MODES = "thick, without absorption"
 OF_A_GRADIENT = (
     "ink on ink of lower index",
     "isotropic",
-    "finite beam and field of view",
-    pytest.param("Mie, dense", marks=pytest.mark.slow),
+    *(pytest.param(kind, marks=pytest.mark.slow) for kind in ("finite beam and field of view", "Mie, dense")),
 )
 
 

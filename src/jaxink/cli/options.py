@@ -140,7 +140,6 @@ class Reading:
             help="Edges of a matrix of values that does not name them, such as theta_o_deg,theta_i_deg.",
         ),
     ] = None
-
     face: Annotated[
         str | None,
         _stated(metavar="front|back", help="Face that the light meets, if the file has both."),

@@ -311,8 +311,7 @@ def free_of(sample: Sample) -> tuple[Parameter, ...]:
 
 def constants_of(sample: Sample, free: Collection[str]) -> dict[str, float]:
     """Values by name of the parameters that are neither free nor tied."""
-    table = sample.parameters
-    return {n: p.value for n, p in table.items() if p.tie is None and n not in free}
+    return {name: value for name, value in sample.parameters.untied.items() if name not in free}
 
 
 def require_positive(kind: str, measured: Float[np.ndarray, " points"], what: str, remedy: str) -> None:

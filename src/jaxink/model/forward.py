@@ -250,8 +250,7 @@ def evaluate(model: PredictsBsdf) -> np.ndarray:
         In 1/sr, shape ``(points,)``.
     """
     with computing():
-        table = model.sample.parameters.items()
-        values = {name: jnp.asarray(p.value, float) for name, p in table if p.tie is None}
+        values = {name: jnp.asarray(value, float) for name, value in model.sample.parameters.untied.items()}
         # One program serves all samples of a structure.
         return np.asarray(_compiled_bsdf(structure_of(model, frozenset(values)), values))
 

@@ -199,6 +199,11 @@ class ParameterTable(NamedRows[Parameter]):
                     f"{p.name} is {p.value:g}; it must lie between {p.minimum:g} and {p.maximum:g}."
                 )
 
+    @property
+    def untied(self) -> dict[str, float]:
+        """Value by name of each parameter without a tie: those from which all others follow."""
+        return {name: p.value for name, p in self._by_name.items() if p.tie is None}
+
     def values_with(self, free_values: Mapping[str, Any]) -> dict[str, Any]:
         """Values of all parameters, with ties evaluated.
 
