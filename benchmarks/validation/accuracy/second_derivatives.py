@@ -5,7 +5,7 @@ python -m benchmarks.validation.accuracy.second_derivatives [KIND ...]
 
 import json
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
@@ -44,6 +44,7 @@ CONFIG = SolverConfig(6, 4, 12, 3)
 # narrow.
 STEP, STEPS = 2e-4, np.array([-4, -3, -2, -1, 1, 2, 3, 4])
 COEFFICIENTS = np.array([3, -32, 168, -672, 672, -168, 32, -3]) / 840
+MODES = ("forward over forward", "forward over reverse", "reverse over forward", "reverse over reverse")
 
 
 class Kind(NamedTuple):
@@ -235,25 +236,8 @@ KINDS = {
 }
 
 
-def _forward_over_forward(value, x, along):
-    def slope(unit):
-        return jax.jvp(lambda y: jax.jvp(value, (y,), (unit,))[1], (x,), (along,))[1]
-
-    return jax.vmap(slope)(jnp.eye(x.size))
-
-
-# Derivatives of the slope along a direction, by the variables.
-_BY_MODE = {
-    "forward over forward": _forward_over_forward,
-    "forward over reverse": lambda value, x, along: jax.jvp(jax.grad(value), (x,), (along,))[1],
-    "reverse over forward": lambda value, x, along: jax.grad(lambda y: jax.jvp(value, (y,), (along,))[1])(x),
-    "reverse over reverse": lambda value, x, along: jax.grad(lambda y: jax.grad(value)(y) @ along)(x),
-}
-MODES = tuple(_BY_MODE)
-
-
-def errors(kind: Kind, modes: Sequence[str] = MODES) -> dict[str, float]:
-    """Largest error of second derivatives along a seeded direction over their largest, for each mode.
+def errors(kind: Kind) -> dict[str, float]:
+    """Largest error of second derivatives along a seeded direction over their largest, for each of `MODES`.
 
     What is differentiated is a weighted sum of the BSDF at five points, over its value.
     """
@@ -270,9 +254,18 @@ def errors(kind: Kind, modes: Sequence[str] = MODES) -> dict[str, float]:
     def value(x):
         return weights @ diffuse_bsdf(kind.stack(x), DIRECTIONS, CONFIG, plan) / scale
 
+    reverse = jax.grad(value)
+
     @jit_unoptimised
-    def by_modes(x):
-        return tuple(_BY_MODE[mode](value, x, along) for mode in modes)
+    def all_modes(x):
+        units = jnp.eye(x.size)
+        slope = jax.vmap(lambda unit: jax.jvp(lambda y: jax.jvp(value, (y,), (unit,))[1], (x,), (along,))[1])
+        return (
+            slope(units),
+            jax.jvp(reverse, (x,), (along,))[1],
+            jax.grad(lambda y: jax.jvp(value, (y,), (along,))[1])(x),
+            jax.grad(lambda y: reverse(y) @ along)(x),
+        )
 
     first = jit_unoptimised(jax.jacfwd(value))
     steps, coefficients = STEPS, COEFFICIENTS
@@ -283,9 +276,9 @@ def errors(kind: Kind, modes: Sequence[str] = MODES) -> dict[str, float]:
     slopes = np.array([first(point + k * step * along) for k in steps])
     expected = coefficients @ slopes / step
     size = np.max(np.abs(expected))
-    found = (np.asarray(one) for one in by_modes(point))
+    found = (np.asarray(one) for one in all_modes(point))
     return {
-        mode: float(np.max(np.abs(one - expected)) / size) for mode, one in zip(modes, found, strict=True)
+        mode: float(np.max(np.abs(one - expected)) / size) for mode, one in zip(MODES, found, strict=True)
     }
 
 
